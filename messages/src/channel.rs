@@ -1,0 +1,237 @@
+//! The services of a run: one per kind of message and sender, created by the launcher, opened by everybody else.
+//!
+//! Senders never wait for readers: the oldest sample of a reader that lags is replaced, and the gap shows in the ticks.
+
+use crate::{
+    BusError, Command, Event, FormationError, LeaderState, Roster, Sensed, Stamps, TickTiming, UavId, UavState,
+};
+use iceoryx2::{
+    node::Node,
+    port::{DegradationAction, publisher, subscriber},
+    prelude::{ZeroCopySend, ipc},
+    service::{
+        builder::publish_subscribe::{Builder, PublishSubscribeOpenError as OpenError},
+        port_factory::publish_subscribe::PortFactory,
+    },
+};
+use std::{
+    fmt::Debug,
+    marker::PhantomData,
+    sync::atomic::{AtomicU64, Ordering::Relaxed},
+    thread,
+    time::{Duration, Instant},
+};
+
+type Factory<T> = PortFactory<ipc::Service, T, Stamps>;
+
+/// Samples that the recorder may lag behind before it loses some.
+pub const RECORDER_DEPTH: usize = 1024;
+/// Samples that readers on the tick path keep: in lockstep a fast neighbour may be a tick ahead.
+pub const TICK_DEPTH: usize = 4;
+/// Room for a restarted sender beside the dead ones that are not cleaned up yet.
+const MAX_PUBLISHERS: usize = 3;
+/// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run.
+const SPARE: usize = 6;
+/// How long a service may take to appear, or to recover from a creator that died.
+const OPEN_LIMIT: Duration = Duration::from_secs(5);
+
+/// Connections that could not be made, in this process; the usual reason is a lack of file descriptors.
+static FAILED_CONNECTIONS: AtomicU64 = AtomicU64::new(0);
+
+/// How many connections to other processes failed in this process so far.
+pub fn failed_connections() -> u64 {
+    FAILED_CONNECTIONS.load(Relaxed)
+}
+
+/// One service: a name, the message it carries, and its quality of service.
+#[derive(Debug, Clone)]
+pub struct Channel<T> {
+    name: String,
+    readers: usize,
+    depth: usize,
+    _message: PhantomData<T>,
+}
+
+/// What `uav` senses, from the world.
+pub fn sensed(uav: UavId) -> Channel<Sensed> {
+    Channel::new(format!("uav/{}/sensed", uav.0), 2, RECORDER_DEPTH)
+}
+
+/// What `uav` tells its ring neighbours.
+pub fn state(uav: UavId) -> Channel<UavState> {
+    Channel::new(format!("uav/{}/state", uav.0), 3, RECORDER_DEPTH)
+}
+
+/// What `uav`'s agent asks of its airframe.
+pub fn command(uav: UavId) -> Channel<Command> {
+    Channel::new(format!("uav/{}/command", uav.0), 2, RECORDER_DEPTH)
+}
+
+/// Where the leader is, for a swarm of `uavs`.
+pub fn leader(uavs: u32) -> Channel<LeaderState> {
+    Channel::new("leader/state".into(), uavs as usize + 2, RECORDER_DEPTH)
+}
+
+/// How long each tick took, from the world.
+pub fn timing() -> Channel<TickTiming> {
+    Channel::new("world/timing".into(), 2, RECORDER_DEPTH)
+}
+
+/// What happened in the air, from the world.
+pub fn world_events() -> Channel<Event> {
+    Channel::new("world/events".into(), 2, RECORDER_DEPTH)
+}
+
+/// What happened to the processes, from the launcher.
+pub fn launcher_events() -> Channel<Event> {
+    Channel::new("launcher/events".into(), 2, RECORDER_DEPTH)
+}
+
+/// Who runs, from the launcher.
+pub fn roster() -> Channel<Roster> {
+    Channel::new("launcher/roster".into(), 2, TICK_DEPTH)
+}
+
+/// How far the swarm is from its formation, from the recorder.
+pub fn formation_error() -> Channel<FormationError> {
+    Channel::new("recorder/formation_error".into(), 2, TICK_DEPTH)
+}
+
+/// All services of a run, held open: they exist as long as this value.
+#[derive(Debug)]
+pub struct Services {
+    _held: Vec<Box<dyn Debug>>,
+}
+
+impl Services {
+    /// Creates the services of a swarm of `uavs` in the domain of `node`.
+    pub fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Self, BusError> {
+        let mut held: Vec<Box<dyn Debug>> = vec![
+            Box::new(leader(uavs).create(node)?),
+            Box::new(timing().create(node)?),
+            Box::new(world_events().create(node)?),
+            Box::new(launcher_events().create(node)?),
+            Box::new(roster().create(node)?),
+            Box::new(formation_error().create(node)?),
+        ];
+        for uav in UavId::all(uavs) {
+            held.push(Box::new(sensed(uav).create(node)?));
+            held.push(Box::new(state(uav).create(node)?));
+            held.push(Box::new(command(uav).create(node)?));
+        }
+        Ok(Self { _held: held })
+    }
+}
+
+impl<T: Debug + ZeroCopySend + 'static> Channel<T> {
+    fn new(name: String, readers: usize, depth: usize) -> Self {
+        Self { name, readers: readers + SPARE, depth, _message: PhantomData }
+    }
+
+    fn builder(&self, node: &Node<ipc::Service>) -> Result<Builder<T, Stamps, ipc::Service>, BusError> {
+        let name = self.name.as_str().try_into().map_err(|error| BusError::ipc(&self.name, error))?;
+        Ok(node.service_builder(&name).publish_subscribe::<T>().user_header::<Stamps>())
+    }
+
+    fn create(&self, node: &Node<ipc::Service>) -> Result<Factory<T>, BusError> {
+        self.builder(node)?
+            .max_publishers(MAX_PUBLISHERS)
+            .max_subscribers(self.readers)
+            .max_nodes(self.readers + MAX_PUBLISHERS)
+            .subscriber_max_buffer_size(self.depth)
+            .subscriber_max_borrowed_samples(2)
+            .history_size(1)
+            .enable_safe_overflow(true)
+            .create()
+            .map_err(|error| BusError::ipc(format!("service {}: cannot be created", self.name), error))
+    }
+
+    /// Opens the service, with patience for one that is about to appear.
+    fn open(&self, node: &Node<ipc::Service>) -> Result<Factory<T>, BusError> {
+        let start = Instant::now();
+        loop {
+            match self.builder(node)?.open() {
+                Ok(factory) => return Ok(factory),
+                Err(error) if is_passing(error) && start.elapsed() < OPEN_LIMIT => {
+                    thread::sleep(Duration::from_millis(2));
+                }
+                Err(error) => {
+                    return Err(BusError::ipc(format!("service {}: cannot be opened", self.name), error));
+                }
+            }
+        }
+    }
+
+    /// Takes the sending end.
+    pub fn publisher(&self, node: &Node<ipc::Service>) -> Result<Publisher<T>, BusError> {
+        let factory = self.open(node)?;
+        let refused = |error| BusError::ipc(format!("service {}: no place for another publisher", self.name), error);
+        let port = factory.publisher_builder().set_degradation_handler(|_, _| count_failure()).create();
+        Ok(Publisher { port: port.map_err(refused)?, name: self.name.clone() })
+    }
+
+    /// Takes a receiving end that keeps the newest `depth` samples.
+    pub fn subscriber(&self, node: &Node<ipc::Service>, depth: usize) -> Result<Subscriber<T>, BusError> {
+        let factory = self.open(node)?;
+        let refused = |error| BusError::ipc(format!("service {}: no place for another subscriber", self.name), error);
+        let port = factory
+            .subscriber_builder()
+            .buffer_size(depth.min(self.depth))
+            .set_degradation_handler(|_, _| count_failure())
+            .create();
+        Ok(Subscriber { port: port.map_err(refused)?, name: self.name.clone() })
+    }
+}
+
+fn is_passing(error: OpenError) -> bool {
+    matches!(
+        error,
+        OpenError::DoesNotExist
+            | OpenError::IsMarkedForDestruction
+            | OpenError::ServiceInCorruptedState
+            | OpenError::HangsInCreation
+            | OpenError::ExceedsMaxNumberOfNodes
+            | OpenError::Interrupt
+    )
+}
+
+fn count_failure() -> DegradationAction {
+    FAILED_CONNECTIONS.fetch_add(1, Relaxed);
+    DegradationAction::Ignore
+}
+
+/// The sending end of a [`Channel`].
+#[derive(Debug)]
+pub struct Publisher<T: Debug + ZeroCopySend + 'static> {
+    port: publisher::Publisher<ipc::Service, T, Stamps>,
+    name: String,
+}
+
+impl<T: Debug + ZeroCopySend + 'static> Publisher<T> {
+    /// Sends `message` to everybody who listens; waits for nobody.
+    pub fn send(&self, message: T, stamps: Stamps) -> Result<(), BusError> {
+        let failed = |error: &dyn Debug| BusError::ipc(format!("service {}: cannot be sent to", self.name), error);
+        let mut sample = self.port.loan_uninit().map_err(|error| failed(&error))?;
+        *sample.user_header_mut() = stamps;
+        sample.write_payload(message).send().map_err(|error| failed(&error))?;
+        Ok(())
+    }
+}
+
+/// A receiving end of a [`Channel`].
+#[derive(Debug)]
+pub struct Subscriber<T: Debug + ZeroCopySend + 'static> {
+    port: subscriber::Subscriber<ipc::Service, T, Stamps>,
+    name: String,
+}
+
+impl<T: Debug + ZeroCopySend + 'static> Subscriber<T> {
+    /// Hands over everything that has come, oldest first.
+    pub fn drain(&self, mut take: impl FnMut(&T, &Stamps)) -> Result<(), BusError> {
+        let failed = |error| BusError::ipc(format!("service {}: cannot be read", self.name), error);
+        while let Some(sample) = self.port.receive().map_err(failed)? {
+            take(sample.payload(), sample.user_header());
+        }
+        Ok(())
+    }
+}

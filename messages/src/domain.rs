@@ -1,0 +1,309 @@
+//! The domain: the place in shared memory that one run owns, apart from every other run on the machine.
+//!
+//! For a domain `k3x9ab` that is the folder `/dev/shm/ringwing_k3x9ab` (service files, tick gate, scenario, reports),
+//! iceoryx2's segments `/dev/shm/ringwing_k3x9ab_*`, and the lock `/dev/shm/ringwing_k3x9ab.lock`, which the launcher
+//! holds while it lives. A domain whose lock nobody holds is abandoned, and anybody may remove it.
+
+use crate::{BusError, Gate};
+use iceoryx2::prelude::{Config, FileName, Path as IpcPath, SemanticString};
+use rustix::fs::{FlockOperation, flock};
+use serde::{Serialize, de::DeserializeOwned};
+use std::{
+    fmt, fs,
+    os::unix::fs::{DirBuilderExt, MetadataExt},
+    path::{Path, PathBuf},
+    str::FromStr,
+    time::{SystemTime, UNIX_EPOCH},
+};
+
+/// Where domains live: a tmpfs, because a real disk would be synced for every service file.
+const SHARED_MEMORY: &str = "/dev/shm";
+const PREFIX: &str = "ringwing_";
+const ID_LENGTH: usize = 6;
+
+/// The name of a domain: six lower-case letters and digits.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct DomainId(String);
+
+impl DomainId {
+    /// A name that no other run of this moment has; it has no influence on the flight.
+    fn fresh() -> Self {
+        const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
+        let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64);
+        let mut number = nanoseconds.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(std::process::id()).rotate_left(40);
+        let digit = |_| {
+            let digit = DIGITS[(number % 36) as usize];
+            number /= 36;
+            char::from(digit)
+        };
+        Self((0..ID_LENGTH).map(digit).collect())
+    }
+
+    fn root(&self) -> PathBuf {
+        Path::new(SHARED_MEMORY).join(format!("{PREFIX}{self}"))
+    }
+
+    fn lock_path(&self) -> PathBuf {
+        Path::new(SHARED_MEMORY).join(format!("{PREFIX}{self}.lock"))
+    }
+
+    fn segment_prefix(&self) -> String {
+        format!("{PREFIX}{self}_")
+    }
+}
+
+impl fmt::Display for DomainId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl FromStr for DomainId {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let valid = text.len() == ID_LENGTH && text.bytes().all(|b| b.is_ascii_digit() || b.is_ascii_lowercase());
+        if valid {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(format!("a domain's name has {ID_LENGTH} lower-case letters and digits; `ringwing run` prints it"))
+        }
+    }
+}
+
+/// A run's place in shared memory.
+#[derive(Debug, Clone)]
+pub struct Domain {
+    id: DomainId,
+}
+
+/// Ownership of a domain: removes everything in it when dropped.
+#[derive(Debug)]
+pub struct DomainOwner {
+    domain: Domain,
+    _lock: fs::File,
+}
+
+impl DomainOwner {
+    /// Makes a new domain that holds `scenario`, the text that every process of the run flies by.
+    pub fn create(scenario: &str) -> Result<(Self, Gate), BusError> {
+        let (id, lock) = loop {
+            let id = DomainId::fresh();
+            if let Some(lock) = create_lock(&id)? {
+                break (id, lock);
+            }
+        };
+        let owner = Self { domain: Domain { id }, _lock: lock };
+        let root = owner.domain.root();
+        fs::DirBuilder::new().mode(0o750).create(&root).map_err(BusError::file(&root))?;
+        let path = owner.domain.scenario_path();
+        fs::write(&path, scenario).map_err(BusError::file(&path))?;
+        let gate = Gate::create(&owner.domain.gate_path())?;
+        Ok((owner, gate))
+    }
+
+    /// The domain owned.
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+}
+
+impl Drop for DomainOwner {
+    fn drop(&mut self) {
+        remove_all(self.domain.id());
+    }
+}
+
+impl Domain {
+    /// Finds the domain of a run that somebody else started.
+    pub fn join(id: &DomainId) -> Result<Self, BusError> {
+        if id.root().is_dir() {
+            Ok(Self { id: id.clone() })
+        } else {
+            Err(BusError::Domain { id: id.to_string(), problem: "no run with this domain is going on".into() })
+        }
+    }
+
+    /// Its name.
+    pub fn id(&self) -> &DomainId {
+        &self.id
+    }
+
+    fn root(&self) -> PathBuf {
+        self.id.root()
+    }
+
+    fn scenario_path(&self) -> PathBuf {
+        self.root().join("scenario.toml")
+    }
+
+    fn gate_path(&self) -> PathBuf {
+        self.root().join("gate")
+    }
+
+    /// The scenario of the run, as TOML.
+    pub fn scenario(&self) -> Result<String, BusError> {
+        let path = self.scenario_path();
+        fs::read_to_string(&path).map_err(BusError::file(path))
+    }
+
+    /// The run's tick gate.
+    pub fn gate(&self) -> Result<Gate, BusError> {
+        Gate::open(&self.gate_path())
+    }
+
+    /// Leaves `report` for the launcher, whole or not at all.
+    pub fn leave_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
+        let path = self.root().join(format!("{name}.json"));
+        let draft = path.with_extension("draft");
+        let text = serde_json::to_vec(report).map_err(|source| BusError::Report { path: path.clone(), source })?;
+        fs::write(&draft, text).map_err(BusError::file(&draft))?;
+        fs::rename(&draft, &path).map_err(BusError::file(path))
+    }
+
+    /// The report that a process left, if it did.
+    pub fn report<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, BusError> {
+        let path = self.root().join(format!("{name}.json"));
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = fs::read(&path).map_err(BusError::file(&path))?;
+        serde_json::from_slice(&text).map(Some).map_err(|source| BusError::Report { path, source })
+    }
+
+    /// iceoryx2's configuration for this domain.
+    ///
+    /// Dead processes are cleaned up by the launcher alone: with the defaults each process would do it at its start,
+    /// four times slower with a hundred of them.
+    pub(crate) fn config(&self) -> Result<Config, BusError> {
+        let mut config = Config::default();
+        let prefix = self.id.segment_prefix();
+        config.global.prefix =
+            FileName::new(prefix.as_bytes()).map_err(|error| BusError::ipc(&prefix, error))?;
+        let root = self.root().display().to_string();
+        let root_path = IpcPath::new(root.as_bytes()).map_err(|error| BusError::ipc(&root, error))?;
+        config.global.set_root_path(&root_path);
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        Ok(config)
+    }
+
+    /// A configuration file by which iceoryx2's own command line sees this domain.
+    pub fn iox2_config(&self) -> String {
+        format!(
+            "# For iceoryx2's command line: run `iox2 service list` in the folder above this one while the run goes on.\n\
+             [global]\nroot-path = \"{}\"\nprefix = \"{}\"\n",
+            self.root().display(),
+            self.id.segment_prefix()
+        )
+    }
+
+    /// Removes segments whose creator was killed between creating and sizing them.
+    ///
+    /// iceoryx2 0.10 waits for such a segment's size for ever, and so would everybody who opens or cleans it.
+    pub fn remove_stillborn_segments(&self) {
+        for entry in entries().filter(|entry| name_of(entry).starts_with(&self.id.segment_prefix())) {
+            let Ok(meta) = entry.metadata() else { continue };
+            let age = meta.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
+            if meta.len() == 0 && meta.mode() & 0o400 == 0 && age.as_millis() > 100 {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// Makes and takes the lock of a new domain; `None` when the name is taken.
+fn create_lock(id: &DomainId) -> Result<Option<fs::File>, BusError> {
+    let path = id.lock_path();
+    let lock = match fs::File::create_new(&path) {
+        Ok(lock) => lock,
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => return Ok(None),
+        Err(error) => return Err(BusError::file(path)(error)),
+    };
+    // Somebody who cleans up may have come in between and removed the file: then it is not ours.
+    let ours = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() && path.exists();
+    Ok(ours.then_some(lock))
+}
+
+/// Removes every domain whose launcher is gone; returns their names.
+pub fn remove_abandoned() -> Vec<DomainId> {
+    let mut ids: Vec<DomainId> = entries().filter_map(|entry| id_in(&name_of(&entry))).collect();
+    ids.sort();
+    ids.dedup();
+    ids.retain(|id| {
+        let Ok(lock) = fs::OpenOptions::new().write(true).create(true).truncate(false).open(id.lock_path()) else {
+            return false;
+        };
+        let abandoned = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok();
+        if abandoned {
+            remove_all(id);
+        }
+        abandoned
+    });
+    ids
+}
+
+/// Removes what belongs to a domain, its lock last.
+fn remove_all(id: &DomainId) {
+    // What is already gone, or goes while we look, is what we want.
+    let _ = fs::remove_dir_all(id.root());
+    for entry in entries().filter(|entry| name_of(entry).starts_with(&id.segment_prefix())) {
+        let _ = fs::remove_file(entry.path());
+    }
+    let _ = fs::remove_file(id.lock_path());
+}
+
+fn id_in(name: &str) -> Option<DomainId> {
+    name.strip_prefix(PREFIX)?.get(..ID_LENGTH)?.parse().ok()
+}
+
+fn entries() -> impl Iterator<Item = fs::DirEntry> {
+    fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten()
+}
+
+fn name_of(entry: &fs::DirEntry) -> String {
+    entry.file_name().to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_domain_is_removed_with_its_owner_and_not_before() {
+        let (owner, _gate) = DomainOwner::create("name = \"x\"").unwrap();
+        let id = owner.domain().id().clone();
+        assert!(!remove_abandoned().contains(&id));
+        assert_eq!(Domain::join(&id).unwrap().scenario().unwrap(), "name = \"x\"");
+        drop(owner);
+        assert!(!id.root().exists() && !id.lock_path().exists());
+        assert!(Domain::join(&id).is_err());
+    }
+
+    #[test]
+    fn what_a_dead_launcher_left_is_found_and_removed() {
+        let id: DomainId = "zzzz00".parse().unwrap();
+        fs::create_dir_all(id.root()).unwrap();
+        let segment = Path::new(SHARED_MEMORY).join(format!("{}segment", id.segment_prefix()));
+        fs::write(&segment, "x").unwrap();
+        // Another test's sweep may be quicker; what counts is that it is gone.
+        remove_abandoned();
+        assert!(!id.root().exists() && !segment.exists() && !id.lock_path().exists());
+    }
+
+    #[test]
+    fn a_report_comes_back_as_it_was_left() {
+        let (owner, _gate) = DomainOwner::create("").unwrap();
+        assert_eq!(owner.domain().report::<Vec<f64>>("world").unwrap(), None);
+        owner.domain().leave_report("world", &vec![0.1, 2.5]).unwrap();
+        assert_eq!(owner.domain().report::<Vec<f64>>("world").unwrap(), Some(vec![0.1, 2.5]));
+    }
+
+    #[test]
+    fn names_that_are_no_domain_are_refused() {
+        for name in ["", "abc", "abcdefg", "ABCDEF", "../../", "abc_de"] {
+            assert!(name.parse::<DomainId>().is_err(), "{name}");
+        }
+    }
+}

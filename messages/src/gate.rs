@@ -1,0 +1,402 @@
+//! The tick gate: one shared page that lets the processes of a run step through time together.
+//!
+//! A wake-up hint and an attendance list, nothing more: data, and the truth about who has answered, are in the stamped
+//! samples. A process that is killed anywhere in here costs the others a system call, never a hang.
+
+use crate::{BusError, Part, StopFlag, Tick, payload::MAX_UAVS};
+use memmap2::MmapRaw;
+use rustix::{
+    io::Errno,
+    thread::futex::{self, Flags},
+    time::Timespec,
+};
+use std::{
+    fs::OpenOptions,
+    path::Path,
+    sync::atomic::{AtomicI64, AtomicU32, Ordering::SeqCst},
+    time::{Duration, Instant},
+};
+
+/// A word on a cache line of its own, so that its writers disturb no other word's readers.
+#[repr(C, align(64))]
+struct Line<T>(T);
+
+#[repr(C)]
+struct Page {
+    /// 0 before the first tick, then tick + 2, in the end [`CLOSED`].
+    round: Line<AtomicU32>,
+    /// Processes that sleep on `round`.
+    sleepers: Line<AtomicU32>,
+    /// Answers to this round so far.
+    done: Line<AtomicU32>,
+    /// Answers that the world waits for.
+    target: Line<AtomicU32>,
+    /// The world sleeps on `done`.
+    world_sleeps: Line<AtomicU32>,
+    /// Grows with each batch of ticks that the recorder should fetch.
+    batch: Line<AtomicU32>,
+    /// The last tick that the recorder has fetched.
+    recorded: Line<AtomicI64>,
+    /// 1 when the user wants the run to end.
+    stop: Line<AtomicU32>,
+    /// Process id of each part that is ready, 0 for those that are not.
+    attendance: [AtomicU32; 3 + MAX_UAVS as usize],
+}
+
+const CLOSED: u32 = u32::MAX;
+/// Sleeps are cut into pieces, so that nobody sleeps through a signal that came just before.
+const LONGEST_SLEEP: Duration = Duration::from_millis(50);
+/// Ticks that make a batch for the recorder in lockstep.
+const BATCH_TICKS: i64 = 64;
+
+/// The page as one process sees it.
+pub struct Gate {
+    map: MmapRaw,
+}
+
+/// What waiting at the gate ended with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wait {
+    /// This tick is open.
+    Tick(Tick),
+    /// The flight is over.
+    Closed,
+    /// The process was asked to stop.
+    Stopped,
+}
+
+impl Gate {
+    /// Makes the page of a new domain.
+    pub(crate) fn create(path: &Path) -> Result<Self, BusError> {
+        let file = OpenOptions::new()
+            .create_new(true)
+            .read(true)
+            .write(true)
+            .open(path)
+            .map_err(BusError::file(path))?;
+        file.set_len(size_of::<Page>() as u64).map_err(BusError::file(path))?;
+        Ok(Self { map: MmapRaw::map_raw(&file).map_err(BusError::file(path))? })
+    }
+
+    /// Opens the page of a domain that somebody else made.
+    pub(crate) fn open(path: &Path) -> Result<Self, BusError> {
+        let file = OpenOptions::new().read(true).write(true).open(path).map_err(BusError::file(path))?;
+        let map = MmapRaw::map_raw(&file).map_err(BusError::file(path))?;
+        if map.len() < size_of::<Page>() {
+            let short = std::io::Error::other("shorter than a tick gate; it belongs to another version");
+            return Err(BusError::file(path)(short));
+        }
+        Ok(Self { map })
+    }
+
+    #[expect(unsafe_code, reason = "the one view of shared memory that iceoryx2 does not manage")]
+    #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins on a memory page")]
+    fn page(&self) -> &Page {
+        // SAFETY: the mapping is at least a `Page` long (made or checked so), page-aligned, lives as long as `self`, and
+        // is only ever accessed as these atomics, by us and by the other processes; any bytes make valid atomics.
+        unsafe { &*self.map.as_ptr().cast::<Page>() }
+    }
+
+    // --- the world's side ---
+
+    /// Opens `tick`, to be answered by `expected` processes. Everything they need must be published before.
+    pub fn open_tick(&self, tick: Tick, expected: u32) {
+        let page = self.page();
+        page.target.0.store(expected, SeqCst);
+        page.done.0.store(0, SeqCst);
+        page.round.0.store(round_of(tick), SeqCst);
+        if page.sleepers.0.load(SeqCst) > 0 {
+            wake_all(&page.round.0);
+        }
+        if tick.0 % BATCH_TICKS == 0 {
+            self.call_recorder();
+        }
+    }
+
+    /// Lets the recorder fetch what there is.
+    pub fn call_recorder(&self) {
+        self.page().batch.0.fetch_add(1, SeqCst);
+        wake_all(&self.page().batch.0);
+    }
+
+    /// Waits until all expected answers are in, at most for `limit`, or until somebody nudges the world.
+    pub fn wait_for_answers(&self, patience: &mut Patience, limit: Duration) {
+        let page = self.page();
+        let answered = || page.done.0.load(SeqCst) >= page.target.0.load(SeqCst);
+        if patience.yield_until(answered) {
+            return;
+        }
+        page.world_sleeps.0.store(1, SeqCst);
+        let done = page.done.0.load(SeqCst);
+        if done < page.target.0.load(SeqCst) {
+            sleep_on(&page.done.0, done, limit);
+        }
+        page.world_sleeps.0.store(0, SeqCst);
+    }
+
+    /// Ends the flight for everybody.
+    pub fn close(&self) {
+        let page = self.page();
+        page.round.0.store(CLOSED, SeqCst);
+        wake_all(&page.round.0);
+        self.call_recorder();
+        self.nudge_world();
+    }
+
+    /// The last tick that the recorder has fetched.
+    pub fn recorded(&self) -> Tick {
+        Tick(self.page().recorded.0.load(SeqCst))
+    }
+
+    /// Whether the user wants the run to end.
+    pub fn stop_requested(&self) -> bool {
+        self.page().stop.0.load(SeqCst) != 0
+    }
+
+    // --- the side of those who answer ---
+
+    /// Waits for a tick other than `seen`.
+    pub fn wait(&self, seen: Option<Tick>, patience: &mut Patience, stop: &StopFlag) -> Wait {
+        let page = self.page();
+        let old = seen.map_or(0, round_of);
+        if !patience.yield_until(|| page.round.0.load(SeqCst) != old) {
+            page.sleepers.0.fetch_add(1, SeqCst);
+            while page.round.0.load(SeqCst) == old && !stop.is_set() {
+                sleep_on(&page.round.0, old, LONGEST_SLEEP);
+            }
+            page.sleepers.0.fetch_sub(1, SeqCst);
+        }
+        match page.round.0.load(SeqCst) {
+            _ if stop.is_set() => Wait::Stopped,
+            CLOSED => Wait::Closed,
+            round => Wait::Tick(tick_of(round)),
+        }
+    }
+
+    /// Says that this process has published all it has for this round.
+    pub fn answer(&self) {
+        let page = self.page();
+        let done = page.done.0.fetch_add(1, SeqCst) + 1;
+        if done >= page.target.0.load(SeqCst) && page.world_sleeps.0.load(SeqCst) != 0 {
+            wake_all(&page.done.0);
+        }
+    }
+
+    // --- the recorder's side ---
+
+    /// The tick that is open now, if one is.
+    pub fn tick(&self) -> Option<Tick> {
+        match self.page().round.0.load(SeqCst) {
+            0 | CLOSED => None,
+            round => Some(tick_of(round)),
+        }
+    }
+
+    /// Whether the flight is over.
+    pub fn is_closed(&self) -> bool {
+        self.page().round.0.load(SeqCst) == CLOSED
+    }
+
+    /// Waits for a batch other than `seen`, at most for `limit`; returns the newest batch.
+    pub fn wait_for_batch(&self, seen: u32, limit: Duration) -> u32 {
+        let batch = &self.page().batch.0;
+        if batch.load(SeqCst) == seen {
+            sleep_on(batch, seen, limit);
+        }
+        batch.load(SeqCst)
+    }
+
+    /// Says that everything up to `tick` is fetched.
+    pub fn set_recorded(&self, tick: Tick) {
+        self.page().recorded.0.store(tick.0, SeqCst);
+        self.nudge_world();
+    }
+
+    // --- the launcher's side ---
+
+    /// Wakes the world if it waits, to look again at what it waits for.
+    pub fn nudge_world(&self) {
+        if self.page().world_sleeps.0.load(SeqCst) != 0 {
+            wake_all(&self.page().done.0);
+        }
+    }
+
+    /// Asks the world to end the flight after the tick it is in.
+    pub fn request_stop(&self) {
+        self.page().stop.0.store(1, SeqCst);
+        self.nudge_world();
+    }
+
+    /// The process that said it is ready as `part`.
+    pub fn attendant(&self, part: Part) -> Option<u32> {
+        Some(self.page().attendance[part.index()].load(SeqCst)).filter(|pid| *pid != 0)
+    }
+
+    /// Notes `process` as ready in the place of `part`, or that nobody is.
+    pub fn set_attendant(&self, part: Part, process: Option<u32>) {
+        self.page().attendance[part.index()].store(process.unwrap_or(0), SeqCst);
+    }
+}
+
+fn round_of(tick: Tick) -> u32 {
+    u32::try_from(tick.0 + 2).ok().filter(|round| *round != CLOSED).expect("a run has fewer than 2^32 - 3 ticks")
+}
+
+fn tick_of(round: u32) -> Tick {
+    Tick(i64::from(round) - 2)
+}
+
+fn wake_all(word: &AtomicU32) {
+    // Nobody sleeping is no error; there is no other way for this to fail on a mapped word.
+    let _ = futex::wake(word, Flags::empty(), i32::MAX as u32);
+}
+
+/// Sleeps until `word` is no longer `old`, a wake-up, a signal, or `limit`: the caller looks again in any case.
+fn sleep_on(word: &AtomicU32, old: u32, limit: Duration) {
+    let limit = limit.min(LONGEST_SLEEP);
+    let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(limit.subsec_nanos()) };
+    match futex::wait(word, Flags::empty(), old, Some(&timeout)) {
+        Ok(()) | Err(Errno::AGAIN | Errno::TIMEDOUT | Errno::INTR) => {}
+        Err(errno) => unreachable!("a futex wait on mapped memory fails with {errno}"),
+    }
+}
+
+/// Decides whether to give way to others for a moment before sleeping, from what that brought lately.
+///
+/// Where processes alternate on few cores, `sched_yield` hands over in a fraction of the time a sleep takes; beside a
+/// busy foreign process it gives away whole time slices. So yields are tried only while they pay.
+#[derive(Debug)]
+pub struct Patience {
+    yields: u32,
+    waits_until_retry: u32,
+}
+
+impl Patience {
+    const MOST_YIELDS: u32 = 20;
+    const RETRY_AFTER_WAITS: u32 = 256;
+    /// A yield that takes this long has run somebody else's time slice.
+    const LONG_YIELD: Duration = Duration::from_micros(500);
+
+    /// For waits that end within microseconds, as in lockstep.
+    pub fn eager() -> Self {
+        Self { yields: Self::MOST_YIELDS, waits_until_retry: Self::RETRY_AFTER_WAITS }
+    }
+
+    /// For waits that take milliseconds, as in real time: sleep at once, always.
+    pub fn calm() -> Self {
+        Self { yields: 0, waits_until_retry: u32::MAX }
+    }
+
+    /// Yields until `condition` holds; false when it is time to sleep instead.
+    fn yield_until(&mut self, condition: impl Fn() -> bool) -> bool {
+        if condition() {
+            return true;
+        }
+        if self.yields == 0 && !self.is_time_to_retry() {
+            return false;
+        }
+        let start = Instant::now();
+        for _ in 0..self.yields {
+            std::thread::yield_now();
+            if condition() {
+                self.learn(start.elapsed() < Self::LONG_YIELD);
+                return true;
+            }
+        }
+        self.learn(false);
+        false
+    }
+
+    fn is_time_to_retry(&mut self) -> bool {
+        self.waits_until_retry = self.waits_until_retry.saturating_sub(u32::from(self.waits_until_retry < u32::MAX));
+        if self.waits_until_retry == 0 {
+            *self = Self::eager();
+        }
+        self.yields > 0
+    }
+
+    fn learn(&mut self, paid: bool) {
+        self.yields = if paid { (self.yields * 2).clamp(1, Self::MOST_YIELDS) } else { self.yields / 2 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::{sync::Arc, thread};
+
+    fn shared_gate() -> (tempfile::TempDir, Arc<Gate>) {
+        let folder = tempfile::tempdir().unwrap();
+        let gate = Gate::create(&folder.path().join("gate")).unwrap();
+        (folder, Arc::new(gate))
+    }
+
+    #[test]
+    fn four_threads_step_through_a_thousand_ticks_together() {
+        let (_folder, gate) = shared_gate();
+        let workers: Vec<_> = (0..4)
+            .map(|_| {
+                let gate = gate.clone();
+                thread::spawn(move || {
+                    let (mut patience, stop, mut seen) = (Patience::eager(), StopFlag::default(), Vec::new());
+                    while let Wait::Tick(tick) = gate.wait(seen.last().copied(), &mut patience, &stop) {
+                        seen.push(tick);
+                        gate.answer();
+                    }
+                    seen
+                })
+            })
+            .collect();
+        let mut patience = Patience::eager();
+        let ticks: Vec<Tick> = (-1..1000).map(Tick).collect();
+        for tick in &ticks {
+            gate.open_tick(*tick, 4);
+            while gate.page().done.0.load(SeqCst) < 4 {
+                gate.wait_for_answers(&mut patience, Duration::from_secs(1));
+            }
+        }
+        gate.close();
+        for worker in workers {
+            assert_eq!(worker.join().unwrap(), ticks);
+        }
+    }
+
+    #[test]
+    fn a_missing_answer_costs_the_limit_and_no_more() {
+        let (_folder, gate) = shared_gate();
+        gate.open_tick(Tick(0), 1);
+        gate.wait_for_answers(&mut Patience::calm(), Duration::from_millis(1));
+        assert_eq!(gate.page().done.0.load(SeqCst), 0);
+    }
+
+    #[test]
+    fn a_page_that_is_too_short_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("gate");
+        std::fs::write(&path, [0; 64]).unwrap();
+        let error = Gate::open(&path).err().unwrap();
+        assert!(error.to_string().contains("shorter than a tick gate"), "{error}");
+    }
+
+    #[test]
+    fn patience_ends_while_yields_do_not_pay_and_comes_back() {
+        let mut patience = Patience::eager();
+        for _ in 0..10 {
+            assert!(!patience.yield_until(|| false));
+        }
+        assert_eq!(patience.yields, 0);
+        for _ in 0..Patience::RETRY_AFTER_WAITS {
+            patience.yield_until(|| false);
+        }
+        assert!(patience.yields > 0);
+    }
+
+    #[test]
+    fn the_calm_never_yield() {
+        let mut patience = Patience::calm();
+        for _ in 0..1000 {
+            assert!(!patience.yield_until(|| false));
+        }
+        assert_eq!(patience.yields, 0);
+    }
+}

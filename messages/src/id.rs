@@ -1,0 +1,144 @@
+//! Names of things: UAVs, processes, ticks.
+
+use bytemuck::NoUninit;
+use iceoryx2::prelude::ZeroCopySend;
+use std::fmt;
+
+/// The number of a UAV, from 1 to n, as in the paper; its ring neighbours are the numbers before and after it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, NoUninit, ZeroCopySend)]
+#[type_name("ringwing.UavId.v1")]
+#[repr(C)]
+pub struct UavId(pub u32);
+
+impl UavId {
+    /// The UAVs of a swarm of `count`, in order.
+    pub fn all(count: u32) -> impl DoubleEndedIterator<Item = Self> + ExactSizeIterator {
+        (0..count).map(|index| Self(index + 1))
+    }
+
+    /// Position in arrays that hold one entry for each UAV, from 0.
+    pub fn index(self) -> usize {
+        self.0 as usize - 1
+    }
+
+    /// The UAV before this one in a ring of `count`: UAV n before UAV 1.
+    pub fn previous(self, count: u32) -> Self {
+        if self.0 == 1 { Self(count) } else { Self(self.0 - 1) }
+    }
+
+    /// The UAV after this one in a ring of `count`: UAV 1 after UAV n.
+    pub fn next(self, count: u32) -> Self {
+        if self.0 == count { Self(1) } else { Self(self.0 + 1) }
+    }
+}
+
+impl fmt::Display for UavId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "uav {}", self.0)
+    }
+}
+
+/// One process of a run, apart from the launcher.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Part {
+    /// Integrates the airframes and keeps time.
+    World,
+    /// Flies the virtual leader.
+    Leader,
+    /// Writes the log and measures the flight.
+    Recorder,
+    /// Flies one UAV.
+    Agent(UavId),
+}
+
+impl Part {
+    /// Every process that a swarm of `count` UAVs needs.
+    pub fn all(count: u32) -> impl Iterator<Item = Self> {
+        [Self::World, Self::Leader, Self::Recorder].into_iter().chain(UavId::all(count).map(Self::Agent))
+    }
+
+    /// Position in arrays that hold one entry for each part.
+    pub(crate) fn index(self) -> usize {
+        match self {
+            Self::World => 0,
+            Self::Leader => 1,
+            Self::Recorder => 2,
+            Self::Agent(uav) => 3 + uav.index(),
+        }
+    }
+
+    /// Name of its iceoryx2 node: `world`, `leader`, `recorder`, `agent-3`.
+    pub fn node_name(self) -> String {
+        match self {
+            Self::World => "world".into(),
+            Self::Leader => "leader".into(),
+            Self::Recorder => "recorder".into(),
+            Self::Agent(uav) => format!("agent-{}", uav.0),
+        }
+    }
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Agent(uav) => uav.fmt(f),
+            other => f.write_str(&other.node_name()),
+        }
+    }
+}
+
+/// A moment of simulated time: tick k is at k times the period.
+///
+/// The flight begins at tick 0. [`Tick::APPROACH`], one tick before, lets everybody hear of everybody, so that the law
+/// has its neighbours' states from the first moment on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, NoUninit, ZeroCopySend)]
+#[type_name("ringwing.Tick.v1")]
+#[repr(C)]
+pub struct Tick(pub i64);
+
+impl Tick {
+    /// The tick before the flight begins.
+    pub const APPROACH: Self = Self(-1);
+
+    /// The tick after this one.
+    pub fn next(self) -> Self {
+        Self(self.0 + 1)
+    }
+
+    /// Ticks from `earlier` to this one; negative when `earlier` is later.
+    pub fn since(self, earlier: Self) -> i64 {
+        self.0 - earlier.0
+    }
+
+    /// Simulated time in seconds at `rate_hz` ticks a second.
+    pub fn seconds(self, rate_hz: u32) -> f64 {
+        self.0 as f64 / f64::from(rate_hz)
+    }
+}
+
+impl fmt::Display for Tick {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tick {}", self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_ring_closes_at_both_ends() {
+        assert_eq!(UavId(1).previous(6), UavId(6));
+        assert_eq!(UavId(6).next(6), UavId(1));
+        for uav in UavId::all(6) {
+            assert_eq!(uav.next(6).previous(6), uav);
+        }
+    }
+
+    #[test]
+    fn every_part_has_its_own_place() {
+        let mut places: Vec<_> = Part::all(200).map(Part::index).collect();
+        places.dedup();
+        assert_eq!(places, (0..203).collect::<Vec<_>>());
+    }
+}

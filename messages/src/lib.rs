@@ -1,0 +1,84 @@
+//! What the processes of a run say to each other, and where they say it.
+//!
+//! [`payload`] holds the messages, [`channel`] the services that carry them, [`domain`] the place in shared memory
+//! that one run owns, [`gate`] the signal that lets all processes step through time together, and [`member`] what
+//! every process does to take part.
+//!
+//! Never decides anything about the flight: no law, no physics, no scenario.
+
+pub mod channel;
+pub mod domain;
+pub mod event;
+pub mod gate;
+pub mod id;
+pub mod member;
+pub mod payload;
+pub mod stamp;
+
+pub use channel::{Channel, Publisher, Subscriber};
+pub use domain::{Domain, DomainId};
+pub use event::{Event, Level};
+pub use gate::{Gate, Wait};
+pub use id::{Part, Tick, UavId};
+pub use member::{Member, StopFlag};
+pub use payload::{
+    AgeTicks, Command, FlightMode, FormationError, LeaderState, Roster, Sensed, SensedObstacle, Terms,
+    TickTiming, UavState,
+};
+pub use stamp::{Stamps, monotonic_ns};
+
+/// What can go wrong between a process and the rest of its run.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// The domain is not there, or is not one of ours.
+    #[error("domain {id}: {problem}; `ringwing run` creates a domain and prints its name")]
+    Domain {
+        /// The domain's name.
+        id: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A file of the domain could not be read, written, mapped or removed.
+    #[error("{path}: {source}")]
+    File {
+        /// The file.
+        path: std::path::PathBuf,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+    /// A report that another process left is not readable.
+    #[error("{path}: not a readable report: {source}")]
+    Report {
+        /// The file.
+        path: std::path::PathBuf,
+        /// What the reader says.
+        source: serde_json::Error,
+    },
+    /// iceoryx2 refused.
+    #[error("{what}: {reason}")]
+    Ipc {
+        /// The service, port or node concerned.
+        what: String,
+        /// The error as iceoryx2 names it.
+        reason: String,
+    },
+    /// The operating system refused.
+    #[error("{what}: {source}")]
+    System {
+        /// What was asked for.
+        what: &'static str,
+        /// The operating system's reason.
+        source: std::io::Error,
+    },
+}
+
+impl BusError {
+    fn ipc(what: impl Into<String>, reason: impl std::fmt::Debug) -> Self {
+        Self::Ipc { what: what.into(), reason: format!("{reason:?}") }
+    }
+
+    fn file(path: impl Into<std::path::PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.into();
+        move |source| Self::File { path, source }
+    }
+}

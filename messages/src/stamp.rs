@@ -1,0 +1,33 @@
+//! Wall-clock stamps, which travel beside a payload and never in it.
+
+use iceoryx2::prelude::ZeroCopySend;
+use rustix::time::{ClockId, clock_gettime};
+
+/// When the sender did what, in nanoseconds of `CLOCK_MONOTONIC`: the user header of every service.
+///
+/// Payloads stay the same from run to run because the clock is only here.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
+#[type_name("ringwing.Stamps.v1")]
+#[repr(C)]
+pub struct Stamps {
+    /// The sender saw the tick.
+    pub woke_ns: u64,
+    /// The sender had read its inputs.
+    pub read_ns: u64,
+    /// The sender handed the sample over, its work done.
+    pub sent_ns: u64,
+}
+
+impl Stamps {
+    /// Stamps of a sender that waits for nothing and reads nothing.
+    pub fn now() -> Self {
+        let now = monotonic_ns();
+        Self { woke_ns: now, read_ns: now, sent_ns: now }
+    }
+}
+
+/// `CLOCK_MONOTONIC` in nanoseconds, the same for all processes of a machine.
+pub fn monotonic_ns() -> u64 {
+    let now = clock_gettime(ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
