@@ -13,6 +13,7 @@ pub mod gate;
 pub mod id;
 pub mod member;
 pub mod payload;
+pub mod report;
 pub mod stamp;
 
 pub use channel::{Channel, Publisher, Subscriber};
@@ -25,6 +26,7 @@ pub use payload::{
     AgeTicks, Command, FlightMode, FormationError, LeaderState, Roster, Sensed, SensedObstacle, Terms,
     TickTiming, UavState,
 };
+pub use report::{Collision, Latency, WorldReport};
 pub use stamp::{Stamps, monotonic_ns};
 
 /// What can go wrong between a process and the rest of its run.

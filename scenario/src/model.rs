@@ -172,7 +172,7 @@ pub struct Requirements {
     /// No two UAVs come closer than this.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub separation_min_m: Option<f64>,
-    /// The formation has settled (every slot error within 1 m, for good) by this time.
+    /// The formation has settled by this time: every slot error within 1 m, and for 5 s on end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settling_max_s: Option<f64>,
     /// At the end no UAV is farther than this from its slot.
