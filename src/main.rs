@@ -1,1 +1,71 @@
-fn main(){}
+//! ringwing: a swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation.
+
+mod clean;
+mod launcher;
+mod run;
+mod scenario_command;
+mod summary;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process.
+///
+/// Without a subcommand: `ringwing run`, the paper's Section 4.2.
+#[derive(Debug, Parser)]
+#[command(name = "ringwing", version, max_term_width = 110, subcommand_negates_reqs = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Verb>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Fly a scenario and say how it went
+    Run(Box<run::Args>),
+    /// List, show or check scenarios
+    #[command(subcommand)]
+    Scenario(scenario_command::Verb),
+    /// Remove what killed runs left in shared memory
+    Clean,
+    /// [process] Fly one UAV of a run
+    #[command(display_order = 100)]
+    Agent(ringwing_agent::Args),
+    /// [process] Integrate the airframes of a run and keep its time
+    #[command(display_order = 101)]
+    World(ringwing_world::Args),
+    /// [process] Fly the virtual leader of a run
+    #[command(display_order = 102)]
+    Leader(ringwing_leader::Args),
+    /// [process] Record a run to MCAP and measure it
+    #[command(display_order = 103)]
+    Recorder(ringwing_recorder::Args),
+}
+
+/// What a process that did not do what it was for ends with.
+const FAILED: u8 = 1;
+/// What wrong usage, or a scenario that cannot be, ends with; clap uses the same.
+const WRONG_USAGE: u8 = 2;
+
+fn main() -> ExitCode {
+    let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
+    let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
+    let (who, result) = match verb {
+        Verb::Run(args) => ("", run::run(&args)),
+        Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
+        Verb::Clean => ("", clean::run()),
+        Verb::Agent(args) => ("agent: ", finished(ringwing_agent::run(&args))),
+        Verb::World(args) => ("world: ", finished(ringwing_world::run(&args))),
+        Verb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),
+        Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("ringwing: {who}{error:#}");
+        ExitCode::from(if error.is::<ringwing_scenario::ScenarioError>() { WRONG_USAGE } else { FAILED })
+    })
+}
+
+fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {
+    result?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,1 +1,14 @@
-//! x
+//! One UAV's flight.
+//!
+//! [`law`] is the paper's control law, [`link`] what the UAV has heard of another, [`pilot`] puts both together once a
+//! tick, [`process`] is the operating-system process round them.
+//!
+//! Never reads the world's truth, nor the state of any UAV that is not its ring neighbour.
+
+pub mod law;
+pub mod link;
+pub mod pilot;
+pub mod process;
+
+pub use pilot::{Decision, Pilot};
+pub use process::{AgentError, Args, run};

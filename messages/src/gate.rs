@@ -122,8 +122,7 @@ impl Gate {
     /// Waits until all expected answers are in, at most for `limit`, or until somebody nudges the world.
     pub fn wait_for_answers(&self, patience: &mut Patience, limit: Duration) {
         let page = self.page();
-        let answered = || page.done.0.load(SeqCst) >= page.target.0.load(SeqCst);
-        if patience.yield_until(answered) {
+        if patience.yield_until(|| self.is_answered()) {
             return;
         }
         page.world_sleeps.0.store(1, SeqCst);
@@ -131,6 +130,19 @@ impl Gate {
         if done < page.target.0.load(SeqCst) {
             sleep_on(&page.done.0, done, limit);
         }
+        page.world_sleeps.0.store(0, SeqCst);
+    }
+
+    /// Whether as many answers were counted as the world waits for.
+    pub fn is_answered(&self) -> bool {
+        self.page().done.0.load(SeqCst) >= self.page().target.0.load(SeqCst)
+    }
+
+    /// Waits until somebody nudges the world, at most for `limit`.
+    pub fn wait_for_nudge(&self, limit: Duration) {
+        let page = self.page();
+        page.world_sleeps.0.store(1, SeqCst);
+        sleep_on(&page.done.0, page.done.0.load(SeqCst), limit);
         page.world_sleeps.0.store(0, SeqCst);
     }
 
@@ -385,10 +397,11 @@ mod tests {
             assert!(!patience.yield_until(|| false));
         }
         assert_eq!(patience.yields, 0);
-        for _ in 0..Patience::RETRY_AFTER_WAITS {
+        let comes_back = (0..Patience::RETRY_AFTER_WAITS).any(|_| {
             patience.yield_until(|| false);
-        }
-        assert!(patience.yields > 0);
+            patience.yields > 0
+        });
+        assert!(comes_back);
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub struct UavId(pub u32);
 
 impl UavId {
     /// The UAVs of a swarm of `count`, in order.
-    pub fn all(count: u32) -> impl DoubleEndedIterator<Item = Self> + ExactSizeIterator {
+    pub fn all(count: u32) -> impl ExactSizeIterator<Item = Self> + Clone {
         (0..count).map(|index| Self(index + 1))
     }
 

@@ -1,16 +1,36 @@
 //! The scenario of a run: what flies, by which law, past which obstacles, and what it must achieve.
 //!
-//! [`model`] is the scenario itself, [`formation`] the geometry it implies, [`read`] turns a file into one and says all
-//! that is wrong with it at once, [`validate`] knows which values are possible, [`preset`] holds those that come with
-//! ringwing, [`start`] places the UAVs.
+//! [`model`] is the scenario itself, [`formation`] the geometry it implies, [`motion`] how what flies in it moves.
+//! [`Source`] finds a scenario's text, [`Scenario::read`] makes one of it with the [`Setting`]s of the command line, or
+//! says all that is wrong with it at once. [`preset`] holds those that come with ringwing, [`start`] places the UAVs.
 //!
 //! Never knows of processes, services or clocks.
 
+mod example;
+mod fault;
 pub mod formation;
+mod hint;
 pub mod model;
+pub mod motion;
+mod origin;
+pub mod preset;
+mod problem;
+mod read;
+mod setting;
+mod shape;
+mod source;
+pub mod start;
+mod unit;
+mod validate;
 
 pub use formation::Formation;
 pub use model::{
     Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Law, Leader, Obstacle, Requirements,
     Scenario, Sensing, Start, StartState, Supervision, Time,
 };
+pub use motion::{Pose, direction, wrap};
+pub use preset::Preset;
+pub use problem::{Place, Problem, ScenarioError};
+pub use setting::Setting;
+pub use source::Source;
+pub use validate::{UAVS_MAX, UAVS_MIN};

@@ -249,6 +249,14 @@ impl Scenario {
     pub fn last_tick(&self) -> i64 {
         (self.time.duration_s * f64::from(self.time.rate_hz)).round() as i64
     }
+
+    /// The scenario as TOML, every value in full: read back, it is the same to the last bit.
+    ///
+    /// # Panics
+    /// Never: a scenario is nothing but tables, lists, numbers, texts and truth values, all of which TOML has.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a scenario is plain data")
+    }
 }
 
 impl Default for Scenario {

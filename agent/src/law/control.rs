@@ -1,0 +1,130 @@
+//! From force to command: Eq. (5), (6), (11) and (12).
+
+use nalgebra::Vector2;
+use ringwing_scenario::direction;
+
+/// What the control inputs can be, Eq. (2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    speed_min_m_s: f64,
+    speed_max_m_s: f64,
+    turn_rate_max_rad_s: f64,
+}
+
+/// Limits that no airframe has.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum LimitsError {
+    /// Eq. (2) wants `0 < v_min <= v_max`.
+    #[error("speed limits {0} and {1} m/s: the lower must be above 0 and not above the upper")]
+    Speed(f64, f64),
+    /// Eq. (2) wants a turn rate above zero.
+    #[error("turn rate limit {0} rad/s must be above 0")]
+    TurnRate(f64),
+}
+
+impl Limits {
+    /// `v_min`, `v_max` in m/s and `omega_max` in rad/s.
+    pub fn new(speed_min_m_s: f64, speed_max_m_s: f64, turn_rate_max_rad_s: f64) -> Result<Self, LimitsError> {
+        let speeds_make_sense = speed_min_m_s > 0.0 && speed_min_m_s <= speed_max_m_s && speed_max_m_s.is_finite();
+        if !speeds_make_sense {
+            return Err(LimitsError::Speed(speed_min_m_s, speed_max_m_s));
+        }
+        if !(turn_rate_max_rad_s > 0.0 && turn_rate_max_rad_s.is_finite()) {
+            return Err(LimitsError::TurnRate(turn_rate_max_rad_s));
+        }
+        Ok(Self { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s })
+    }
+}
+
+/// The control inputs of Eq. (1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Control {
+    /// `v_i`.
+    pub speed_m_s: f64,
+    /// `omega_i`.
+    pub turn_rate_rad_s: f64,
+}
+
+/// `f_v` of Eq. (5): the leader's velocity as a force.
+pub fn speed_force(leader_speed_m_s: f64, leader_heading_rad: f64) -> Vector2<f64> {
+    direction(leader_heading_rad) * leader_speed_m_s
+}
+
+/// Eq. (6): the force along the heading is the speed, the force across it the turn rate.
+///
+/// `force` is `-f_i + f_v`, and `f_obs` on top of it near obstacles. The paper reads metres as rad/s across the heading;
+/// `heading_gain_rad_per_m` is the factor that this implies, 1 in the paper.
+pub fn formation_control(force: &Vector2<f64>, heading_rad: f64, heading_gain_rad_per_m: f64) -> Control {
+    let along = direction(heading_rad);
+    let across = Vector2::new(-along.y, along.x);
+    Control { speed_m_s: along.dot(force), turn_rate_rad_s: heading_gain_rad_per_m * across.dot(force) }
+}
+
+/// `sat(x, a, b)` of Eq. (11), for `a <= b`.
+pub fn saturate(x: f64, a: f64, b: f64) -> f64 {
+    if x < a {
+        a
+    } else if x > b {
+        b
+    } else {
+        x
+    }
+}
+
+/// Eq. (12): [`formation_control`]'s inputs cut to what the airframe can do.
+pub fn saturated_control(wish: &Control, limits: &Limits) -> Control {
+    let Limits { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s } = *limits;
+    Control {
+        speed_m_s: saturate(wish.speed_m_s, speed_min_m_s, speed_max_m_s),
+        turn_rate_rad_s: saturate(wish.turn_rate_rad_s, -turn_rate_max_rad_s, turn_rate_max_rad_s),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn limits() -> Limits {
+        Limits::new(12.0, 25.0, 0.5).unwrap()
+    }
+
+    #[test]
+    fn a_uav_in_its_slot_flies_like_the_leader() {
+        let control = formation_control(&speed_force(15.0, 0.4), 0.4, 1.0);
+        assert!((control.speed_m_s - 15.0).abs() < 1e-12 && control.turn_rate_rad_s.abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_force_to_the_left_turns_left() {
+        // Heading north, force west: the whole force is across, on the left.
+        let control = formation_control(&Vector2::new(-3.0, 0.0), FRAC_PI_2, 0.5);
+        assert!(control.speed_m_s.abs() < 1e-12 && (control.turn_rate_rad_s - 1.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn limits_that_the_paper_excludes_are_refused() {
+        assert_eq!(Limits::new(0.0, 25.0, 0.5), Err(LimitsError::Speed(0.0, 25.0)));
+        assert_eq!(Limits::new(26.0, 25.0, 0.5), Err(LimitsError::Speed(26.0, 25.0)));
+        assert!(Limits::new(12.0, f64::NAN, 0.5).is_err() && Limits::new(12.0, f64::INFINITY, 0.5).is_err());
+        assert_eq!(Limits::new(12.0, 25.0, 0.0), Err(LimitsError::TurnRate(0.0)));
+        assert!(Limits::new(12.0, 25.0, f64::NAN).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn saturation_leaves_what_fits_and_cuts_the_rest(x in -1e6..1e6, a in -100.0..0.0, b in 0.0..100.0) {
+            let cut = saturate(x, a, b);
+            prop_assert!((a..=b).contains(&cut));
+            prop_assert!(cut == x || (x < a && cut == a) || (x > b && cut == b));
+        }
+
+        #[test]
+        fn the_limits_hold_whatever_the_force(x in -1e9..1e9, y in -1e9..1e9, heading in -10.0..10.0) {
+            let control = saturated_control(&formation_control(&Vector2::new(x, y), heading, 1.0), &limits());
+            prop_assert!((12.0..=25.0).contains(&control.speed_m_s));
+            prop_assert!((-0.5..=0.5).contains(&control.turn_rate_rad_s));
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! The Lyapunov candidate of Theorem 1 and its rate, Eq. (7) and (10).
+
+use super::{Field, displacement, potential_forces};
+use nalgebra::{Point2, Vector2};
+use ringwing_scenario::direction;
+
+/// One UAV of a swarm, with what its law measures it against.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flyer {
+    /// `p_i`.
+    pub position: Point2<f64>,
+    /// `theta_i`.
+    pub heading_rad: f64,
+    /// Its surroundings at this moment.
+    pub field: Field,
+}
+
+/// V of Eq. (7): zero in the standard formation with all headings the leader's, positive elsewhere.
+///
+/// A pair's distance is counted half at each of the two. The last term follows the paper, which adds m/s to m^2.
+pub fn lyapunov_candidate(flyers: &[Flyer], leader_speed_m_s: f64, leader_heading_rad: f64) -> f64 {
+    flyers.iter().map(|flyer| candidate_of(flyer, leader_speed_m_s, leader_heading_rad)).sum()
+}
+
+fn candidate_of(flyer: &Flyer, leader_speed_m_s: f64, leader_heading_rad: f64) -> f64 {
+    let Field { previous, next, centre, slot, slot_gain } = flyer.field;
+    let stretched = |bond: super::Bond, share: f64| {
+        let stretch_m = displacement(&bond.point, &flyer.position).norm() - bond.rest_m;
+        share * bond.gain * stretch_m * stretch_m
+    };
+    let neighbours: f64 = previous.iter().chain(&next).map(|bond| stretched(*bond, 0.25)).sum();
+    let slot = 0.5 * slot_gain * displacement(&slot, &flyer.position).norm_squared();
+    let heading = leader_speed_m_s * (1.0 - libm::cos(flyer.heading_rad - leader_heading_rad));
+    neighbours + stretched(centre, 0.5) + slot + heading
+}
+
+/// dV/dt of Eq. (10) under the unsaturated law (6): never positive.
+///
+/// Holds where the communication graph is undirected: each of two neighbours feels the other.
+pub fn lyapunov_rate(flyers: &[Flyer], leader_speed_m_s: f64, leader_heading_rad: f64) -> f64 {
+    let leader: Vector2<f64> = direction(leader_heading_rad) * leader_speed_m_s;
+    let rate_of = |flyer: &Flyer| {
+        let along = direction(flyer.heading_rad);
+        let across = Vector2::new(-along.y, along.x);
+        let force = potential_forces(&flyer.field, &flyer.position).total();
+        -along.dot(&force).powi(2) - across.dot(&leader).powi(2)
+    };
+    flyers.iter().map(rate_of).sum()
+}

@@ -1,0 +1,131 @@
+//! What a UAV has heard of another: a ring neighbour or the leader.
+//!
+//! Never gives out what is not older than the tick it is asked for: in lockstep a fast neighbour may have sent this
+//! tick's state already, and which neighbours are fast is chance.
+
+use nalgebra::Point2;
+use ringwing_messages::{AgeTicks, LeaderState, Tick, UavState};
+use ringwing_scenario::{DeadReckoning, Pose};
+
+/// A moving thing at one moment, and how it flies on from there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Track {
+    /// The moment.
+    pub tick: Tick,
+    /// Where it was.
+    pub pose: Pose,
+    /// Speed from that moment on.
+    pub speed_m_s: f64,
+    /// Turn rate from that moment on.
+    pub turn_rate_rad_s: f64,
+}
+
+impl Track {
+    /// `None` where a number is not finite: no sender of ours sends such.
+    fn new(tick: Tick, position_m: [f64; 2], heading_rad: f64, speed_m_s: f64, turn_rate_rad_s: f64) -> Option<Self> {
+        let [x, y] = position_m;
+        let finite = [x, y, heading_rad, speed_m_s, turn_rate_rad_s].iter().all(|number| number.is_finite());
+        let pose = Pose { position: Point2::new(x, y), heading_rad };
+        finite.then_some(Self { tick, pose, speed_m_s, turn_rate_rad_s })
+    }
+
+    /// What a neighbour sent.
+    pub fn of_uav(state: &UavState) -> Option<Self> {
+        Self::new(state.tick, state.position_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s)
+    }
+
+    /// What the leader sent.
+    pub fn of_leader(state: &LeaderState) -> Option<Self> {
+        Self::new(state.tick, state.position_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s)
+    }
+
+    /// Where it is at `now`, predicted along its arc as far as `reckoning` allows.
+    pub fn reckoned(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+        let age = now.since(self.tick);
+        let predicted = match reckoning {
+            DeadReckoning::Off => 0,
+            DeadReckoning::Tick => age.min(1),
+            DeadReckoning::Full => age,
+        };
+        self.pose.after(self.speed_m_s, self.turn_rate_rad_s, predicted as f64 * period_s)
+    }
+}
+
+/// Samples kept: the newest, and those that chance may have let overtake the one that is asked for.
+const KEPT: usize = 4;
+
+/// The newest that was heard of one other.
+#[derive(Debug, Clone, Default)]
+pub struct Link {
+    heard: [Option<Track>; KEPT],
+}
+
+impl Link {
+    /// Takes in what came, in whatever order.
+    pub fn hear(&mut self, track: Track) {
+        let oldest = self.heard.iter_mut().min_by_key(|kept| kept.map_or(i64::MIN, |track| track.tick.0));
+        if let Some(place) = oldest.filter(|kept| kept.is_none_or(|kept| kept.tick < track.tick)) {
+            *place = Some(track);
+        }
+    }
+
+    /// The newest of what was sent before `now`.
+    pub fn before(&self, now: Tick) -> Option<&Track> {
+        self.heard.iter().flatten().filter(|track| track.tick < now).max_by_key(|track| track.tick)
+    }
+}
+
+/// How old `track` is at `now`, or that there is none.
+pub fn age(track: Option<&Track>, now: Tick) -> AgeTicks {
+    track.map_or(AgeTicks::NEVER, |track| AgeTicks::between(track.tick, now))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(tick: i64) -> Track {
+        Track::new(Tick(tick), [tick as f64, 0.0], 0.0, 15.0, 0.0).unwrap()
+    }
+
+    #[test]
+    fn a_neighbour_that_is_ahead_is_heard_as_of_the_tick_before() {
+        let mut link = Link::default();
+        for tick in [3, 4, 5] {
+            link.hear(at(tick));
+        }
+        assert_eq!(link.before(Tick(5)), Some(&at(4)));
+        assert_eq!(link.before(Tick(9)), Some(&at(5)));
+        assert_eq!(link.before(Tick(3)), None);
+    }
+
+    #[test]
+    fn what_comes_late_does_not_replace_what_is_newer() {
+        let mut link = Link::default();
+        for tick in [7, 8, 9, 10, 2] {
+            link.hear(at(tick));
+        }
+        assert_eq!(link.before(Tick(11)), Some(&at(10)));
+        assert_eq!(link.before(Tick(8)), Some(&at(7)));
+    }
+
+    #[test]
+    fn old_data_are_predicted_as_far_as_allowed() {
+        let x = |reckoning| at(0).reckoned(Tick(20), reckoning, 0.01).position.x;
+        assert!((x(DeadReckoning::Off) - 0.0).abs() < 1e-12);
+        assert!((x(DeadReckoning::Tick) - 0.15).abs() < 1e-12);
+        assert!((x(DeadReckoning::Full) - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_not_heard() {
+        assert_eq!(Track::new(Tick(0), [f64::NAN, 0.0], 0.0, 15.0, 0.0), None);
+        assert_eq!(Track::new(Tick(0), [0.0, 0.0], 0.0, f64::INFINITY, 0.0), None);
+    }
+
+    #[test]
+    fn what_was_never_heard_has_no_age() {
+        assert_eq!(age(None, Tick(5)).ticks(), None);
+        assert_eq!(age(Some(&at(2)), Tick(5)).ticks(), Some(3));
+    }
+}

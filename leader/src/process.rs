@@ -1,0 +1,48 @@
+//! The process that flies the virtual leader.
+
+use crate::Path;
+use ringwing_messages::{
+    BusError, DomainId, Member, Part, Stamps, Wait, channel, gate::Patience, monotonic_ns,
+};
+use ringwing_scenario::{Scenario, ScenarioError};
+
+/// Which run to lead.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The run's domain, as `ringwing run` prints it.
+    #[arg(long)]
+    pub domain: DomainId,
+    /// Process id of the launcher to end with.
+    #[arg(long, hide = true)]
+    pub launcher: Option<u32>,
+}
+
+/// Why the leader cannot fly.
+#[derive(Debug, thiserror::Error)]
+pub enum LeaderError {
+    /// The rest of the run cannot be reached.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The run's scenario is not readable.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+/// Flies the leader until the flight ends.
+pub fn run(args: &Args) -> Result<(), LeaderError> {
+    let member = Member::join(&args.domain, Part::Leader, args.launcher)?;
+    let scenario = Scenario::resolved(&member.domain().scenario()?)?;
+    let path = Path::new(&scenario);
+    let publisher = channel::leader(scenario.formation.uavs).publisher(member.node())?;
+    let mut patience = if scenario.time.real_time { Patience::calm() } else { Patience::eager() };
+    let gate = member.attend()?;
+    let mut seen = None;
+    while let Wait::Tick(tick) = gate.wait(seen, &mut patience, member.stop()) {
+        let woke_ns = monotonic_ns();
+        let state = path.at(tick);
+        publisher.send(state, Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() })?;
+        gate.answer();
+        seen = Some(tick);
+    }
+    Ok(())
+}

@@ -1,0 +1,82 @@
+//! Simulated time as the log states it.
+//!
+//! Never reads a clock: the same tick gives the same time in every run.
+
+use foxglove::messages::Timestamp;
+
+/// 2026-01-01T00:00:00Z, where simulated time 0 lies in every log.
+const EPOCH_S: u64 = 1_767_225_600;
+const NANOSECONDS: u64 = 1_000_000_000;
+
+/// Turns ticks into times.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clock {
+    rate_hz: u32,
+}
+
+impl Clock {
+    /// A clock of `rate_hz` ticks a second.
+    pub(crate) fn new(rate_hz: u32) -> Self {
+        Self { rate_hz }
+    }
+
+    /// Ticks a second.
+    pub(crate) fn rate_hz(self) -> u32 {
+        self.rate_hz
+    }
+
+    /// Simulated time in seconds.
+    pub(crate) fn seconds(self, tick: i64) -> f64 {
+        tick as f64 / f64::from(self.rate_hz)
+    }
+
+    /// The log time of `tick`, in nanoseconds since 1970; nothing is earlier than tick 0.
+    pub(crate) fn log_time_ns(self, tick: i64) -> u64 {
+        EPOCH_S * NANOSECONDS + self.elapsed_ns(tick)
+    }
+
+    /// The same as viewers' messages hold it.
+    pub(crate) fn timestamp(self, tick: i64) -> Timestamp {
+        let elapsed = self.elapsed_ns(tick);
+        Timestamp::new((EPOCH_S + elapsed / NANOSECONDS) as u32, (elapsed % NANOSECONDS) as u32)
+    }
+
+    /// The number of the interval of 1 / `hz` seconds that `tick` lies in.
+    pub(crate) fn interval(self, tick: i64, hz: u32) -> i64 {
+        (tick * i64::from(hz)).div_euclid(i64::from(self.rate_hz))
+    }
+
+    /// Whether `tick` is the first of its interval: true `hz` times a second, or at every tick if those are fewer.
+    pub(crate) fn is_due(self, tick: i64, hz: u32) -> bool {
+        self.interval(tick, hz) != self.interval(tick - 1, hz)
+    }
+
+    fn elapsed_ns(self, tick: i64) -> u64 {
+        let elapsed = u128::from(tick.max(0).cast_unsigned()) * u128::from(NANOSECONDS) / u128::from(self.rate_hz);
+        elapsed as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tick_lies_at_its_multiple_of_the_period() {
+        let clock = Clock::new(100);
+        assert_eq!(clock.log_time_ns(0), 1_767_225_600_000_000_000);
+        assert_eq!(clock.log_time_ns(-1), clock.log_time_ns(0));
+        assert_eq!(clock.log_time_ns(1234) - clock.log_time_ns(0), 12_340_000_000);
+        assert_eq!(clock.timestamp(1234), Timestamp::new(1_767_225_612, 340_000_000));
+    }
+
+    #[test]
+    fn twenty_times_a_second_at_whatever_rate() {
+        for rate_hz in [1, 10, 20, 30, 50, 100, 200, 1000] {
+            let clock = Clock::new(rate_hz);
+            let due = (0..i64::from(rate_hz)).filter(|tick| clock.is_due(*tick, 20)).count();
+            assert_eq!(due, rate_hz.min(20) as usize, "at {rate_hz} Hz");
+            assert!(clock.is_due(0, 20));
+        }
+    }
+}

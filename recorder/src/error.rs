@@ -1,0 +1,76 @@
+//! What can stop a recorder, and what to do about it.
+
+use mcap::McapError;
+use ringwing_messages::BusError;
+use std::{
+    io::{self, ErrorKind},
+    path::{Path, PathBuf},
+};
+
+/// Why a recorder could not go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RecorderError {
+    /// The run is not there, or a process of it is out of reach.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The scenario in the domain is not one.
+    #[error("the scenario of this run is not readable: {0}")]
+    Scenario(#[from] toml::de::Error),
+    /// The file system refused.
+    #[error("log {}: cannot be {action}: {source}; {}", path.display(), remedy(source))]
+    Log {
+        /// The log, or the part that a dead recorder left of it.
+        path: PathBuf,
+        /// What was tried: "written", "read", ...
+        action: &'static str,
+        /// The operating system's reason.
+        source: io::Error,
+    },
+    /// The file at the log's place is something else.
+    #[error("log {}: {problem}; it is left as it is: choose another file with `--log`", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        problem: &'static str,
+    },
+}
+
+impl RecorderError {
+    /// For `map_err`: `action` failed on the file `path`.
+    pub(crate) fn log<E: Into<McapError>>(path: &Path, action: &'static str) -> impl FnOnce(E) -> Self {
+        move |error| {
+            let source = match error.into() {
+                McapError::Io(source) => source,
+                other => io::Error::other(other),
+            };
+            Self::Log { path: path.to_owned(), action, source }
+        }
+    }
+}
+
+fn remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room, choose another folder with `--out`, or fly with `--no-record`"
+        }
+        ErrorKind::NotFound => "leave the log and its folder in place until the run has ended",
+        _ => "choose a folder that can be written with `--out`, or fly with `--no-record`",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_names_the_file_the_failure_and_the_remedy() {
+        let full = io::Error::from(ErrorKind::StorageFull);
+        let error = RecorderError::log(Path::new("runs/a/run.mcap"), "written")(full);
+        assert_eq!(
+            error.to_string(),
+            "log runs/a/run.mcap: cannot be written: no storage space; make room, choose another folder with \
+             `--out`, or fly with `--no-record`"
+        );
+    }
+}

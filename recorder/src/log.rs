@@ -1,0 +1,373 @@
+//! The log: one MCAP file that opens at any time and that two equal flights make equal, byte for byte.
+//!
+//! What every log begins with (metadata, attachments, channels in the order of their names) comes first, so that it
+//! survives whatever happens. Never writes a wall-clock time unless the timing of ticks is wanted.
+
+use crate::{
+    RecorderError,
+    clock::Clock,
+    frame::Frame,
+    schema::{self, Timing, UavControl, UavState},
+    sink::Sink,
+};
+use foxglove::{
+    Encode,
+    messages::{Log as Line, PoseInFrame},
+};
+use mcap::{
+    Attachment, McapResult, WriteOptions, Writer,
+    records::{MessageHeader, Metadata},
+    write::NoSeek,
+};
+use ringwing_messages::UavId;
+use ringwing_scenario::Scenario;
+use std::{
+    borrow::Cow,
+    collections::BTreeMap,
+    fs::File,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+/// Where an [`Event`](ringwing_messages::Event) is told.
+pub(crate) const LOG_TOPIC: &str = "/log";
+/// Metadata that say what flies.
+pub(crate) const RUN: &str = "run";
+/// Metadata that say how it went.
+pub(crate) const RESULT: &str = "result";
+/// The attachment to fly it again by.
+pub(crate) const SCENARIO: &str = "scenario.toml";
+
+const LIBRARY: &str = concat!("ringwing ", env!("CARGO_PKG_VERSION"));
+const CHUNK_BYTES: u64 = 1 << 20;
+/// With the quarter of a second that real time may keep a tick waiting for commands, no more than a second is lost.
+const FLUSHES_HZ: u32 = 2;
+const LEADER_HZ: u32 = 20;
+
+/// What a log begins with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Opening<'a> {
+    /// The scenario.
+    pub(crate) scenario: &'a Scenario,
+    /// The text it was read from.
+    pub(crate) text: &'a str,
+    /// Whether wall-clock times are wanted.
+    pub(crate) timing: bool,
+}
+
+struct Channels {
+    leader: u16,
+    log: u16,
+    timing: Option<u16>,
+    uavs: Vec<UavChannels>,
+}
+
+struct UavChannels {
+    control: u16,
+    state: u16,
+}
+
+/// A log that is being written.
+pub(crate) struct Log {
+    path: PathBuf,
+    writer: Writer<NoSeek<Sink>>,
+    channels: Channels,
+    clock: Clock,
+    buffer: Vec<u8>,
+    messages: u64,
+    /// The interval that the messages since the last flush belong to.
+    interval: i64,
+    flushed: Instant,
+}
+
+impl Log {
+    /// Makes a new log at `path`, in place of what may be there.
+    pub(crate) fn create(path: &Path, opening: &Opening) -> Result<Self, RecorderError> {
+        let file = File::create(path).map_err(RecorderError::log(path, "created"))?;
+        let (writer, channels) = open(file, opening).map_err(RecorderError::log(path, "written"))?;
+        Ok(Self {
+            path: path.to_owned(),
+            writer,
+            channels,
+            clock: Clock::new(opening.scenario.time.rate_hz),
+            buffer: Vec::new(),
+            messages: 0,
+            interval: 0,
+            flushed: Instant::now(),
+        })
+    }
+
+    /// Messages written so far.
+    pub(crate) fn messages(&self) -> u64 {
+        self.messages
+    }
+
+    /// Writes a tick and what happened in it, by topic.
+    pub(crate) fn write_frame(&mut self, frame: &Frame, lines: &[Line]) -> Result<(), RecorderError> {
+        self.flush_if_due(frame.tick)?;
+        if let Some(leader) = frame.leader.filter(|_| self.clock.is_due(frame.tick, LEADER_HZ)) {
+            self.write(self.channels.leader, frame.tick, &schema::leader_pose(&leader, self.clock))?;
+        }
+        self.write_lines(frame.tick, lines)?;
+        if let (Some(channel), Some(timing)) = (self.channels.timing, &frame.timing) {
+            self.write(channel, frame.tick, timing)?;
+        }
+        self.write_uavs(frame)
+    }
+
+    /// Writes what happened, at `tick` or before.
+    pub(crate) fn write_lines(&mut self, tick: i64, lines: &[Line]) -> Result<(), RecorderError> {
+        lines.iter().try_for_each(|line| self.write(self.channels.log, tick, line))
+    }
+
+    fn write_uavs(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        for (index, uav) in frame.uavs.iter().enumerate() {
+            let UavChannels { control, state } = self.channels.uavs[index];
+            if let Some(message) = &uav.control {
+                self.write(control, frame.tick, message)?;
+            }
+            if let Some(message) = &uav.state {
+                self.write(state, frame.tick, message)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, channel_id: u16, tick: i64, message: &impl Encode) -> Result<(), RecorderError> {
+        self.buffer.clear();
+        message.encode(&mut self.buffer).expect("a vector takes what is written to it");
+        let log_time = self.clock.log_time_ns(tick);
+        let header = MessageHeader { channel_id, sequence: tick as u32, log_time, publish_time: log_time };
+        self.messages += 1;
+        self.writer.write_to_known_channel(&header, &self.buffer).map_err(RecorderError::log(&self.path, "written"))
+    }
+
+    /// Writes a message of another log of this flight, its channel already translated.
+    pub(crate) fn copy(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
+        self.flush_if_due(i64::from(header.sequence))?;
+        self.messages += 1;
+        self.writer.write_to_known_channel(header, data).map_err(RecorderError::log(&self.path, "written"))
+    }
+
+    /// Lets `write` put something else into the file.
+    pub(crate) fn extend<T>(
+        &mut self,
+        write: impl FnOnce(&mut Writer<NoSeek<Sink>>) -> McapResult<T>,
+    ) -> Result<T, RecorderError> {
+        write(&mut self.writer).map_err(RecorderError::log(&self.path, "written"))
+    }
+
+    fn flush_if_due(&mut self, tick: i64) -> Result<(), RecorderError> {
+        let interval = self.clock.interval(tick, FLUSHES_HZ);
+        if interval == self.interval {
+            return Ok(());
+        }
+        self.interval = interval;
+        self.flush()
+    }
+
+    /// Puts everything so far into the file.
+    pub(crate) fn flush(&mut self) -> Result<(), RecorderError> {
+        self.flushed = Instant::now();
+        self.writer.flush().map_err(RecorderError::log(&self.path, "written"))
+    }
+
+    /// The same, if the last time was more than `period` of wall-clock time ago.
+    pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
+        if self.flushed.elapsed() > period { self.flush() } else { Ok(()) }
+    }
+
+    /// Ends the log with its `result` and its indexes.
+    pub(crate) fn finish(&mut self, result: BTreeMap<String, String>) -> Result<(), RecorderError> {
+        let metadata = Metadata { name: RESULT.into(), metadata: result };
+        self.writer
+            .write_metadata(&metadata)
+            .and_then(|()| self.writer.finish())
+            .map_err(RecorderError::log(&self.path, "finished"))?;
+        Ok(())
+    }
+}
+
+fn open(file: File, opening: &Opening) -> McapResult<(Writer<NoSeek<Sink>>, Channels)> {
+    let mut writer = WriteOptions::new()
+        .library(LIBRARY)
+        .profile("")
+        .chunk_size(Some(CHUNK_BYTES))
+        // The default depends on the machine, and the bytes on it.
+        .compression_threads(0)
+        .disable_seeking(true)
+        .create(NoSeek::new(Sink::new(file)))?;
+    writer.write_metadata(&Metadata { name: RUN.into(), metadata: describe(opening.scenario) })?;
+    let start = Clock::new(opening.scenario.time.rate_hz).log_time_ns(0);
+    writer.attach(&Attachment {
+        log_time: start,
+        create_time: start,
+        name: SCENARIO.into(),
+        media_type: "application/toml".into(),
+        data: Cow::Borrowed(opening.text.as_bytes()),
+    })?;
+    let channels = register(&mut writer, opening)?;
+    writer.flush()?;
+    Ok((writer, channels))
+}
+
+/// Makes the channels, in the order of their topics.
+fn register(writer: &mut Writer<NoSeek<Sink>>, opening: &Opening) -> McapResult<Channels> {
+    let count = opening.scenario.formation.uavs;
+    let width = if count > 999 { 4 } else { 3 };
+    Ok(Channels {
+        leader: channel::<PoseInFrame>(writer, "/leader/pose")?,
+        log: channel::<Line>(writer, LOG_TOPIC)?,
+        timing: opening.timing.then(|| channel::<Timing>(writer, "/timing")).transpose()?,
+        uavs: UavId::all(count)
+            .map(|uav| {
+                let control = channel::<UavControl>(writer, &format!("/uav/{:0width$}/control", uav.0))?;
+                let state = channel::<UavState>(writer, &format!("/uav/{:0width$}/state", uav.0))?;
+                Ok(UavChannels { control, state })
+            })
+            .collect::<McapResult<_>>()?,
+    })
+}
+
+fn channel<T: Encode>(writer: &mut Writer<NoSeek<Sink>>, topic: &str) -> McapResult<u16> {
+    let schema = T::get_schema().expect("every message of the log has a schema");
+    let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
+    writer.add_channel(schema_id, topic, &T::get_message_encoding(), &BTreeMap::new())
+}
+
+fn describe(scenario: &Scenario) -> BTreeMap<String, String> {
+    let formation = scenario.formation();
+    [
+        ("name", scenario.name.clone()),
+        ("seed", scenario.seed.to_string()),
+        ("version", env!("CARGO_PKG_VERSION").into()),
+        ("uavs", formation.count().to_string()),
+        ("spacing_m", formation.spacing_m().to_string()),
+        ("radius_m", formation.radius_m().to_string()),
+        ("rate_hz", scenario.time.rate_hz.to_string()),
+        ("law", law_name(scenario)),
+        ("mode", mode_name(scenario).into()),
+        ("duration_s", scenario.time.duration_s.to_string()),
+    ]
+    .map(|(key, value)| (key.into(), value))
+    .into()
+}
+
+/// One sentence that says what flies.
+pub(crate) fn introduction(scenario: &Scenario) -> String {
+    format!(
+        "{} UAVs, {} law, {} Hz, {}, seed {}",
+        scenario.formation.uavs,
+        law_name(scenario),
+        scenario.time.rate_hz,
+        mode_name(scenario),
+        scenario.seed
+    )
+}
+
+/// The law as scenarios spell it.
+fn law_name(scenario: &Scenario) -> String {
+    let name = serde_json::to_value(scenario.control.law);
+    name.ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+fn mode_name(scenario: &Scenario) -> &'static str {
+    if scenario.time.real_time { "real time" } else { "lockstep" }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{self, flight, messages, place, record, ring_of};
+    use foxglove::messages::Log as Line;
+    use mcap::Summary;
+    use prost::Message;
+    use std::fs;
+
+    #[test]
+    fn after_every_flush_the_file_opens_as_it_lies() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut recording = testing::recording(&path, &scenario);
+        let mut last_in_file = Vec::new();
+        for frame in flight(&scenario, 0..260) {
+            recording.observe(&frame).unwrap();
+            let file = fs::read(&path).unwrap();
+            last_in_file.push(messages(&file).last().map(|message| message.tick));
+            assert_eq!(mcap::read::footer(&file).unwrap().summary_start, 0);
+        }
+        // Half a second is in the file as soon as the next one begins.
+        assert_eq!([49, 50, 99, 259].map(|tick| last_in_file[tick]), [None, Some(49), Some(49), Some(249)]);
+        recording.finish(None).unwrap();
+        let file = fs::read(&path).unwrap();
+        let summary = Summary::read(&file).unwrap().unwrap();
+        assert_eq!(summary.stats.unwrap().message_count, messages(&file).len() as u64);
+    }
+
+    #[test]
+    fn messages_come_in_order_of_time_and_topic() {
+        let (_folder, path) = place();
+        let scenario = ring_of(4, 40.0);
+        record(&path, &scenario, &flight(&scenario, 0..120));
+        let seen = messages(&fs::read(&path).unwrap());
+        let topics = |tick: u32| seen.iter().filter(|m| m.tick == tick).map(|m| m.topic.clone()).collect::<Vec<_>>();
+        assert!(seen.is_sorted_by_key(|message| (message.log_time, message.topic.clone())));
+        assert_eq!(topics(0)[..3], ["/leader/pose", "/log", "/uav/001/control"]);
+        assert_eq!(topics(1).len(), 8);
+        assert_eq!(seen.iter().filter(|message| message.topic == "/leader/pose").count(), 24);
+        assert_eq!(seen[0].log_time, 1_767_225_600_000_000_000);
+    }
+
+    #[test]
+    fn channels_have_the_order_of_their_topics_and_room_for_a_thousand() {
+        let (_folder, path) = place();
+        let scenario = ring_of(1001, 40.0);
+        let opening = Opening { timing: true, ..testing::opening(&scenario) };
+        let mut log = Log::create(&path, &opening).unwrap();
+        log.finish(BTreeMap::new()).unwrap();
+        let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
+        let topics: Vec<_> = (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
+        assert!(topics.is_sorted() && topics.len() == 2005);
+        assert_eq!(topics[3], "/uav/0001/control");
+    }
+
+    #[test]
+    fn a_log_says_what_flies_and_how_it_went() {
+        let (_folder, path) = place();
+        let scenario = ring_of(6, 40.0);
+        record(&path, &scenario, &flight(&scenario, 0..20));
+        let file = fs::read(&path).unwrap();
+        let line = messages(&file).into_iter().find(|message| message.topic == LOG_TOPIC).unwrap();
+        let line = Line::decode(&*line.data).unwrap();
+        assert_eq!((line.name, line.message), ("run".into(), "6 UAVs, paper law, 100 Hz, lockstep, seed 1".into()));
+        let summary = Summary::read(&file).unwrap().unwrap();
+        let metadata = |index: usize| mcap::read::metadata(&file, &summary.metadata_indexes[index]).unwrap();
+        let (run, result) = (metadata(0), metadata(1));
+        assert_eq!((run.name.as_str(), run.metadata["law"].as_str()), (RUN, "paper"));
+        assert_eq!((run.metadata["uavs"].as_str(), run.metadata["rate_hz"].as_str()), ("6", "100"));
+        assert_eq!((result.name.as_str(), result.metadata["last_tick"].as_str()), (RESULT, "19"));
+        assert!(result.metadata.contains_key("closest_pair.distance_m"));
+        let attachment = mcap::read::attachment(&file, &summary.attachment_indexes[0]).unwrap();
+        assert_eq!((attachment.name.as_str(), &*attachment.data), (SCENARIO, testing::TEXT.as_bytes()));
+    }
+
+    #[test]
+    fn equal_flights_make_equal_files() {
+        let scenario = ring_of(5, 40.0);
+        let files = [0, 1].map(|_| {
+            let (_folder, path) = place();
+            record(&path, &scenario, &flight(&scenario, 0..333));
+            fs::read(&path).unwrap()
+        });
+        assert!(files[0] == files[1]);
+    }
+
+    #[test]
+    fn a_log_that_cannot_be_made_is_named() {
+        let scenario = ring_of(3, 40.0);
+        let error = Log::create(Path::new("/nowhere/run.mcap"), &testing::opening(&scenario)).err().unwrap();
+        assert!(error.to_string().starts_with("log /nowhere/run.mcap: cannot be created: "), "{error}");
+        let full = Log::create(Path::new("/dev/full"), &testing::opening(&scenario)).err().unwrap();
+        assert!(full.to_string().contains("No space left on device"), "{full}");
+    }
+}

@@ -1,0 +1,163 @@
+//! Who comes how close to whom.
+
+use super::ClosestPair;
+use crate::clock::Clock;
+use nalgebra::Point2;
+
+/// Two UAVs and how far apart they are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pair {
+    /// Their distance.
+    pub distance_m: f64,
+    /// The lower number.
+    pub uav: u32,
+    /// The higher number.
+    pub other: u32,
+}
+
+/// The closest pairs of one moment.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pairs {
+    /// Among ring neighbours.
+    pub adjacent: Option<Pair>,
+    /// Among all others.
+    pub other: Option<Pair>,
+}
+
+impl Pairs {
+    /// The closest among UAVs at these places, of a ring of `count`; the numbers rise.
+    pub(super) fn among(places: &[(u32, Point2<f64>)], count: u32) -> Self {
+        // Squared distances, and the ring's order looked at only where they are small: n^2 / 2 of these a tick.
+        let (mut adjacent, mut other) = (Candidate::NONE, Candidate::NONE);
+        for (index, (uav, place)) in places.iter().enumerate() {
+            for (number, there) in &places[index + 1..] {
+                let squared = (place - there).norm_squared();
+                if squared < adjacent.squared || squared < other.squared {
+                    let neighbours = number - uav == 1 || number - uav == count - 1;
+                    let kind = if neighbours { &mut adjacent } else { &mut other };
+                    kind.offer(squared, *uav, *number);
+                }
+            }
+        }
+        Self { adjacent: adjacent.pair(), other: other.pair() }
+    }
+
+    /// The closest of all.
+    pub fn pair(&self) -> Option<Pair> {
+        closer(self.adjacent, self.other)
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Candidate {
+    squared: f64,
+    uavs: (u32, u32),
+}
+
+impl Candidate {
+    const NONE: Self = Self { squared: f64::INFINITY, uavs: (0, 0) };
+
+    fn offer(&mut self, squared: f64, uav: u32, other: u32) {
+        if squared < self.squared {
+            *self = Self { squared, uavs: (uav, other) };
+        }
+    }
+
+    fn pair(self) -> Option<Pair> {
+        let (uav, other) = self.uavs;
+        (self.squared < f64::INFINITY).then(|| Pair { distance_m: self.squared.sqrt(), uav, other })
+    }
+}
+
+fn closer(one: Option<Pair>, two: Option<Pair>) -> Option<Pair> {
+    one.into_iter().chain(two).min_by(|one, two| one.distance_m.total_cmp(&two.distance_m))
+}
+
+/// The closest pairs of the flight so far, each with its tick.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ClosestSoFar {
+    adjacent: Option<(Pair, i64)>,
+    other: Option<(Pair, i64)>,
+}
+
+impl ClosestSoFar {
+    pub(super) fn observe(&mut self, tick: i64, pairs: &Pairs) {
+        keep_closer(&mut self.adjacent, pairs.adjacent, tick);
+        keep_closer(&mut self.other, pairs.other, tick);
+    }
+
+    pub(super) fn adjacent(&self, clock: Clock) -> Option<ClosestPair> {
+        self.adjacent.map(|closest| told(closest, clock))
+    }
+
+    pub(super) fn other(&self, clock: Clock) -> Option<ClosestPair> {
+        self.other.map(|closest| told(closest, clock))
+    }
+
+    pub(super) fn pair(&self, clock: Clock) -> Option<ClosestPair> {
+        let both = self.adjacent.into_iter().chain(self.other);
+        both.min_by(|one, two| one.0.distance_m.total_cmp(&two.0.distance_m)).map(|closest| told(closest, clock))
+    }
+}
+
+fn keep_closer(closest: &mut Option<(Pair, i64)>, pair: Option<Pair>, tick: i64) {
+    if let Some(pair) = pair.filter(|pair| closest.is_none_or(|(so_far, _)| pair.distance_m < so_far.distance_m)) {
+        *closest = Some((pair, tick));
+    }
+}
+
+fn told((Pair { distance_m, uav, other }, tick): (Pair, i64), clock: Clock) -> ClosestPair {
+    ClosestPair { distance_m, uav, other, time_s: clock.seconds(tick) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn pairs(places: &[(f64, f64)]) -> Pairs {
+        let places: Vec<_> = (1..).zip(places.iter().map(|(x, y)| Point2::new(*x, *y))).collect();
+        Pairs::among(&places, places.len() as u32)
+    }
+
+    #[test]
+    fn the_first_and_the_last_are_neighbours() {
+        let closest = pairs(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 3.0)]);
+        assert_eq!(closest.adjacent, Some(Pair { distance_m: 3.0, uav: 1, other: 4 }));
+        assert_eq!(closest.other.map(|pair| (pair.uav, pair.other)), Some((2, 4)));
+        assert_eq!(closest.pair(), closest.adjacent);
+    }
+
+    #[test]
+    fn in_a_ring_of_three_all_are_neighbours() {
+        assert_eq!(pairs(&[(0.0, 0.0), (1.0, 0.0), (5.0, 0.0)]).other, None);
+    }
+
+    #[test]
+    fn the_closest_of_the_flight_keeps_its_first_moment() {
+        let mut closest = ClosestSoFar::default();
+        for (tick, distance) in [(0, 9.0), (10, 4.0), (20, 4.0), (30, 6.0)] {
+            closest.observe(tick, &pairs(&[(0.0, 0.0), (distance, 0.0), (99.0, 0.0)]));
+        }
+        let expected = ClosestPair { distance_m: 4.0, uav: 1, other: 2, time_s: 1.0 };
+        assert_eq!(closest.pair(Clock::new(10)), Some(expected));
+    }
+
+    proptest! {
+        #[test]
+        fn the_quick_search_finds_what_the_plain_one_does(
+            places in proptest::collection::vec((-100.0..100.0_f64, -100.0..100.0_f64), 3..40),
+        ) {
+            let count = places.len();
+            let distance = |i: usize, j: usize| (places[i].0 - places[j].0).hypot(places[i].1 - places[j].1);
+            let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));
+            let (near, far): (Vec<_>, Vec<_>) = all.partition(|(i, j)| j - i == 1 || j - i == count - 1);
+            let least = |pairs: Vec<(usize, usize)>| pairs.iter().map(|(i, j)| distance(*i, *j)).reduce(f64::min);
+            let found = pairs(&places);
+            for (found, expected) in [(found.adjacent, least(near)), (found.other, least(far))] {
+                prop_assert_eq!(found.is_some(), expected.is_some());
+                prop_assert!(found.map_or(0.0, |pair| pair.distance_m - expected.unwrap()).abs() < 1e-9);
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! When the formation has settled.
+
+/// Every slot error within this is a formation that stands.
+const TOLERANCE_M: f64 = 1.0;
+/// It has settled when it stands for as long as this.
+const HOLD_S: u32 = 5;
+
+/// Watches the largest slot error.
+#[derive(Debug, Clone)]
+pub(super) struct Settling {
+    hold_ticks: i64,
+    /// The first tick of those within tolerance, without one outside since.
+    holding_since: Option<i64>,
+    settled_at: Option<i64>,
+}
+
+impl Settling {
+    pub(super) fn new(rate_hz: u32) -> Self {
+        Self { hold_ticks: i64::from(HOLD_S * rate_hz), holding_since: None, settled_at: None }
+    }
+
+    /// Takes the largest slot error of `tick`; a tick without one says nothing.
+    pub(super) fn observe(&mut self, tick: i64, slot_error_max_m: Option<f64>) {
+        let Some(error_m) = slot_error_max_m else { return };
+        if error_m > TOLERANCE_M {
+            self.holding_since = None;
+            return;
+        }
+        let since = *self.holding_since.get_or_insert(tick);
+        if tick - since >= self.hold_ticks {
+            self.settled_at.get_or_insert(since);
+        }
+    }
+
+    /// The tick from which it stood long enough, or stands at the end.
+    pub(super) fn settled_at(&self) -> Option<i64> {
+        self.settled_at.or(self.holding_since)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Settling at 10 Hz of a flight whose slot error is 0 in the ticks of `within` and 2 m in the others, 200 in all.
+    fn settled_at(within: &[std::ops::Range<i64>]) -> Option<i64> {
+        let mut settling = Settling::new(10);
+        for tick in 0..200 {
+            let stands = within.iter().any(|range| range.contains(&tick));
+            settling.observe(tick, Some(if stands { 0.0 } else { 2.0 }));
+        }
+        settling.settled_at()
+    }
+
+    #[test]
+    fn it_has_settled_when_it_stands_for_five_seconds() {
+        assert_eq!(settled_at(&[30..81]), Some(30));
+        assert_eq!(settled_at(&[30..80]), None);
+        assert_eq!(settled_at(&[30..80, 90..200]), Some(90));
+    }
+
+    #[test]
+    fn what_comes_later_does_not_unsettle_it() {
+        assert_eq!(settled_at(&[30..100, 120..200]), Some(30));
+    }
+
+    #[test]
+    fn at_the_end_it_need_not_stand_that_long() {
+        assert_eq!(settled_at(&[199..200]), Some(199));
+        assert_eq!(settled_at(&[]), None);
+    }
+
+    #[test]
+    fn the_tolerance_itself_is_within_and_no_error_says_nothing() {
+        let mut settling = Settling::new(10);
+        settling.observe(0, Some(1.0));
+        settling.observe(1, None);
+        assert_eq!(settling.settled_at(), Some(0));
+    }
+}

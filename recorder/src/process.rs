@@ -1,0 +1,192 @@
+//! The recorder's process: listens to everybody, fetches in batches, and tells the world how far it has come.
+//!
+//! Sends one thing, how far the swarm is from its formation, to whoever shows progress.
+
+use crate::{
+    RecorderError, RecorderReport,
+    clock::Clock,
+    frame::{Assembly, Frame, Ring},
+    log::Opening,
+    recording::Recording,
+};
+use ringwing_messages::{
+    Command, DomainId, Event, FormationError, Gate, LeaderState, Member, Part, Publisher, Sensed, Stamps, Subscriber,
+    Tick, TickTiming, UavId, WorldReport,
+    channel::{self, RECORDER_DEPTH},
+    report,
+};
+use ringwing_scenario::Scenario;
+use std::{path::PathBuf, time::Duration};
+
+/// Records the flight of a run: one MCAP file, and the flight's measures.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The run to record, as `ringwing run` prints it.
+    #[arg(long, value_name = "ID")]
+    pub domain: DomainId,
+    /// End when this process does, which started this one.
+    #[arg(long, value_name = "PID")]
+    pub launcher: Option<u32>,
+    /// The log to write; without it, the flight is only measured.
+    ///
+    /// A log of this flight that is there already is one whose recorder died: it is taken over.
+    #[arg(long, value_name = "PATH")]
+    pub log: Option<PathBuf>,
+    /// Keep wall-clock times out of the log: equal flights then make equal files, byte for byte.
+    #[arg(long)]
+    pub no_timing: bool,
+}
+
+/// How long to wait for a batch before looking anyway.
+const LONGEST_WAIT: Duration = Duration::from_millis(20);
+/// In real time no message waits longer for its place in the file, even if simulated time stands still.
+const FLUSH_PERIOD: Duration = Duration::from_secs(1);
+const PROGRESS_HZ: u32 = 20;
+
+/// Records until the flight ends or the process is asked to stop.
+pub fn run(args: &Args) -> Result<(), RecorderError> {
+    let member = Member::join(&args.domain, Part::Recorder, args.launcher)?;
+    let text = member.domain().scenario()?;
+    let scenario: Scenario = toml::from_str(&text)?;
+    let opening = Opening { scenario: &scenario, text: &text, timing: !args.no_timing };
+    // Listens first: while a log is taken over, the flight may go on.
+    let ports = Ports::open(&member, &opening)?;
+    let begun = has_begun(&member.domain().gate()?);
+    let mut desk = Desk::new(Recording::begin(args.log.as_deref(), &opening, begun)?, &scenario);
+    let gate = member.attend()?;
+    let outcome = desk.record(&member, &gate, &ports).and_then(|()| desk.finish(&member));
+    let problem = outcome.as_ref().err().map(ToString::to_string);
+    let report = RecorderReport { problem, ..desk.recording.report() };
+    member.domain().leave_report(report::RECORDER, &report)?;
+    outcome
+}
+
+fn has_begun(gate: &Gate) -> bool {
+    gate.is_closed() || gate.tick().is_some()
+}
+
+/// Where samples become the recording.
+struct Desk {
+    recording: Recording,
+    assembly: Assembly,
+    ring: Ring,
+    frame: Frame,
+    clock: Clock,
+    real_time: bool,
+    /// Interval of the last progress sent.
+    progress: i64,
+}
+
+impl Desk {
+    fn new(recording: Recording, scenario: &Scenario) -> Self {
+        Self {
+            assembly: Assembly::new(scenario.formation.uavs, recording.expected()),
+            recording,
+            ring: Ring::new(scenario),
+            frame: Frame::default(),
+            clock: Clock::new(scenario.time.rate_hz),
+            real_time: scenario.time.real_time,
+            progress: -1,
+        }
+    }
+
+    fn record(&mut self, member: &Member, gate: &Gate, ports: &Ports) -> Result<(), RecorderError> {
+        let mut batch = 0;
+        loop {
+            batch = gate.wait_for_batch(batch, LONGEST_WAIT);
+            // Asked before fetching: whatever was sent until now is then fetched.
+            let over = gate.is_closed() || member.stop().is_set();
+            let open = gate.tick();
+            ports.fetch(&mut self.assembly, &mut self.recording)?;
+            if let Some(newest) = self.assembly.newest() {
+                gate.set_recorded(Tick(newest));
+                self.write_before(if over { newest + 1 } else { self.complete_before(open) })?;
+            }
+            self.send_progress(ports)?;
+            if over {
+                return Ok(());
+            }
+            if self.real_time {
+                self.recording.flush_if_older(FLUSH_PERIOD)?;
+            }
+        }
+    }
+
+    /// The first tick of which more may come; in real time an agent may be late by a quarter of a second.
+    fn complete_before(&self, open: Option<Tick>) -> i64 {
+        let patience = if self.real_time { i64::from(self.clock.rate_hz() / 4) } else { 0 };
+        open.map_or(i64::MIN, |tick| tick.0 - patience)
+    }
+
+    fn write_before(&mut self, end: i64) -> Result<(), RecorderError> {
+        while let Some(samples) = self.assembly.take_before(end) {
+            self.frame.refill(&samples, &self.ring);
+            self.assembly.recycle(samples);
+            self.recording.observe(&self.frame)?;
+        }
+        Ok(())
+    }
+
+    fn send_progress(&mut self, ports: &Ports) -> Result<(), RecorderError> {
+        let Some(moment) = self.recording.moment() else { return Ok(()) };
+        let interval = self.clock.interval(moment.tick, PROGRESS_HZ);
+        let Some(slot_error_max_m) = moment.slot_error_max_m.filter(|_| interval != self.progress) else {
+            return Ok(());
+        };
+        self.progress = interval;
+        let error = FormationError { tick: Tick(moment.tick), slot_error_max_m, commanded: moment.commanded };
+        Ok(ports.formation_error.send(error, Stamps::now())?)
+    }
+
+    fn finish(&mut self, member: &Member) -> Result<(), RecorderError> {
+        let world = member.domain().report::<WorldReport>(report::WORLD)?;
+        self.recording.finish(world.as_ref())
+    }
+}
+
+/// What the recorder listens to, and the one thing it says.
+struct Ports {
+    sensed: Vec<(UavId, Subscriber<Sensed>)>,
+    commands: Vec<(UavId, Subscriber<Command>)>,
+    leader: Subscriber<LeaderState>,
+    timing: Option<Subscriber<TickTiming>>,
+    events: [Subscriber<Event>; 2],
+    formation_error: Publisher<FormationError>,
+}
+
+impl Ports {
+    fn open(member: &Member, opening: &Opening) -> Result<Self, RecorderError> {
+        let (node, count) = (member.node(), opening.scenario.formation.uavs);
+        let sensed = |uav| Ok((uav, channel::sensed(uav).subscriber(node, RECORDER_DEPTH)?));
+        let command = |uav| Ok((uav, channel::command(uav).subscriber(node, RECORDER_DEPTH)?));
+        let timing = || channel::timing().subscriber(node, RECORDER_DEPTH);
+        Ok(Self {
+            sensed: UavId::all(count).map(sensed).collect::<Result<_, RecorderError>>()?,
+            commands: UavId::all(count).map(command).collect::<Result<_, RecorderError>>()?,
+            leader: channel::leader(count).subscriber(node, RECORDER_DEPTH)?,
+            timing: opening.timing.then(timing).transpose()?,
+            events: [
+                channel::world_events().subscriber(node, RECORDER_DEPTH)?,
+                channel::launcher_events().subscriber(node, RECORDER_DEPTH)?,
+            ],
+            formation_error: channel::formation_error().publisher(node)?,
+        })
+    }
+
+    fn fetch(&self, assembly: &mut Assembly, recording: &mut Recording) -> Result<(), RecorderError> {
+        for (uav, port) in &self.sensed {
+            port.drain(|sensed, _| assembly.put_sensed(*uav, sensed))?;
+        }
+        for (uav, port) in &self.commands {
+            port.drain(|command, _| assembly.put_command(*uav, command))?;
+        }
+        self.leader.drain(|leader, _| assembly.put_leader(leader))?;
+        if let Some(port) = &self.timing {
+            port.drain(|timing, _| assembly.put_timing(timing))?;
+        }
+        for port in &self.events {
+            port.drain(|event, _| recording.tell(event))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,311 @@
+//! Everything that is kept of a flight, as its frames come: the log if one is wanted, the measures always.
+//!
+//! Never knows where frames come from; the same frames give the same log.
+
+use crate::{
+    Metrics, RecorderError,
+    clock::Clock,
+    frame::Frame,
+    gap::{Gap, Gaps},
+    judge,
+    log::{Log, Opening, introduction},
+    metrics::{FlightSummary, Moment},
+    replay::Past,
+    schema, takeover,
+};
+use foxglove::messages::Log as Line;
+use ringwing_messages::{Event, Level, WorldReport};
+use ringwing_scenario::Requirements;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::{collections::BTreeMap, path::Path, time::Duration};
+
+/// What the recorder leaves behind when the flight ends, for the verdict.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct RecorderReport {
+    /// The flight in numbers.
+    pub summary: FlightSummary,
+    /// What was lost of it.
+    pub gaps: Vec<Gap>,
+    /// Messages in the log; 0 without one.
+    pub messages: u64,
+    /// Why the log is not whole, if it could not be written to the end.
+    pub problem: Option<String>,
+}
+
+/// Why ticks are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Cause {
+    CameLate,
+    Predecessor,
+    FellBehind,
+}
+
+/// A recording that is being made.
+pub(crate) struct Recording {
+    log: Option<Log>,
+    metrics: Metrics,
+    gaps: Gaps,
+    clock: Clock,
+    requirements: Requirements,
+    timing: bool,
+    /// Why the ticks before the first frame are missing, if they are.
+    first_cause: Cause,
+    began: bool,
+    /// What happened and is not in the log yet, each with its tick.
+    waiting: Vec<(i64, Line)>,
+    /// What a predecessor has told already.
+    told: Vec<Line>,
+}
+
+impl Recording {
+    /// Begins the log at `path`, or goes on with that of a recorder that died; without a path, measures alone.
+    ///
+    /// When the flight has not `begun`, a log that holds some of it is another one's.
+    pub(crate) fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
+        let mut past = Past::new(opening.scenario);
+        let log = match path {
+            Some(path) if takeover::is_needed(path) => Some(takeover::take_over(path, opening, begun, &mut past)?),
+            Some(path) => Some(Log::create(path, opening)?),
+            None => None,
+        };
+        let first_cause = if past.gaps.expected() > 0 { Cause::Predecessor } else { Cause::CameLate };
+        let mut recording = Self {
+            log,
+            metrics: past.metrics,
+            gaps: past.gaps,
+            clock: Clock::new(opening.scenario.time.rate_hz),
+            requirements: opening.scenario.requirements.clone(),
+            timing: opening.timing,
+            first_cause,
+            began: false,
+            waiting: Vec::new(),
+            told: past.lines,
+        };
+        recording.say(0, Level::Info, "run", &introduction(opening.scenario));
+        Ok(recording)
+    }
+
+    /// The first tick that is still wanted.
+    pub(crate) fn expected(&self) -> i64 {
+        self.gaps.expected()
+    }
+
+    /// The swarm in the last frame, if there was one.
+    pub(crate) fn moment(&self) -> Option<&Moment> {
+        self.began.then(|| self.metrics.moment())
+    }
+
+    /// Takes an event; it is told with its tick.
+    pub(crate) fn tell(&mut self, event: &Event) {
+        self.say(event.tick.0, event.level, event.name(), event.text());
+    }
+
+    fn say(&mut self, tick: i64, level: Level, name: &str, text: &str) {
+        let line = schema::line(self.clock, tick, level, name, text);
+        if !self.told.contains(&line) {
+            self.waiting.push((tick, line));
+        }
+    }
+
+    /// Takes the next frame.
+    pub(crate) fn observe(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+        let cause = if self.began { Cause::FellBehind } else { self.first_cause };
+        if let Some(gap) = self.gaps.pass(frame.tick, frame.torn) {
+            self.say(frame.tick, Level::Warning, "recorder.gap", &describe(gap, cause));
+        }
+        self.began |= !frame.torn;
+        self.metrics.observe(frame);
+        self.metrics.set_lost(self.gaps.lost());
+        let lines = self.take_lines(frame.tick);
+        self.log.as_mut().map_or(Ok(()), |log| log.write_frame(frame, &lines))
+    }
+
+    /// What happened up to `tick`, in order of time.
+    fn take_lines(&mut self, tick: i64) -> Vec<Line> {
+        if self.waiting.is_empty() {
+            return Vec::new();
+        }
+        self.waiting.sort_by_key(|(tick, _)| *tick);
+        let due = self.waiting.partition_point(|(when, _)| *when <= tick);
+        self.waiting.drain(..due).map(|(_, line)| line).collect()
+    }
+
+    /// Puts everything so far into the file if the last time was more than `period` of wall-clock time ago.
+    pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
+        self.log.as_mut().map_or(Ok(()), |log| log.flush_if_older(period))
+    }
+
+    /// What is known of the flight now.
+    pub(crate) fn report(&self) -> RecorderReport {
+        RecorderReport {
+            summary: self.metrics.summary(),
+            gaps: self.gaps.told().to_vec(),
+            messages: self.log.as_ref().map_or(0, Log::messages),
+            problem: None,
+        }
+    }
+
+    /// Ends the log with what the `world` saw and how the flight is judged.
+    pub(crate) fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
+        let last_tick = (self.gaps.expected() - 1).max(0);
+        if let Some(gap) = self.gaps.end() {
+            self.say(last_tick, Level::Warning, "recorder.gap", &describe(gap, Cause::FellBehind));
+        }
+        let lines = self.take_lines(i64::MAX);
+        let result = self.result(&self.metrics.summary(), world);
+        let Some(log) = &mut self.log else { return Ok(()) };
+        log.write_lines(last_tick, &lines)?;
+        log.finish(result)
+    }
+
+    fn result(&self, summary: &FlightSummary, world: Option<&WorldReport>) -> BTreeMap<String, String> {
+        let collisions = world.map_or(0, |world| world.collisions.len());
+        let violations = judge(&self.requirements, summary, collisions);
+        let verdict = match world {
+            Some(world) if world.complete && violations.is_empty() => "passed",
+            Some(world) if world.complete => "violated",
+            _ => "failed",
+        };
+        let mut result = BTreeMap::from([
+            ("verdict".to_owned(), verdict.to_owned()),
+            ("violations".to_owned(), violations.join("; ")),
+        ]);
+        flatten("", summary, &mut result);
+        if let Some(world) = world {
+            flatten("world", world, &mut result);
+        }
+        if !self.timing {
+            result.retain(|key, _| !key.starts_with("world.latency") && key != "world.late_max_us");
+        }
+        result
+    }
+}
+
+fn describe(gap: Gap, cause: Cause) -> String {
+    let Gap { first_tick, last_tick } = gap;
+    let ticks = match last_tick - first_tick {
+        0 => format!("tick {first_tick} was lost"),
+        _ => format!("ticks {first_tick} to {last_tick} were lost"),
+    };
+    match cause {
+        Cause::CameLate => format!("{ticks} before the recorder came"),
+        Cause::Predecessor => format!("{ticks} with the recorder's predecessor"),
+        Cause::FellBehind => format!("{ticks}, whole or in part: the recorder fell behind"),
+    }
+}
+
+/// Adds the numbers and texts of `value` to `map`, named by their path; what does not exist is left out.
+fn flatten(path: &str, value: &impl Serialize, map: &mut BTreeMap<String, String>) {
+    let member = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+    match serde_json::to_value(value).unwrap_or_default() {
+        Value::Null => {}
+        Value::Object(members) => members.iter().for_each(|(name, value)| flatten(&member(name), value, map)),
+        Value::Array(values) => {
+            values.iter().enumerate().for_each(|(index, value)| flatten(&member(&index.to_string()), value, map));
+        }
+        Value::String(text) => drop(map.insert(path.to_owned(), text)),
+        number => drop(map.insert(path.to_owned(), number.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{self, flight, messages, place, ring_of};
+    use prost::Message;
+    use ringwing_messages::{Latency, Tick};
+
+    fn lines(path: &Path) -> Vec<(u32, String)> {
+        let seen = messages(&std::fs::read(path).unwrap());
+        let told = seen.iter().filter(|message| message.topic == "/log");
+        told.map(|message| (message.tick, Line::decode(&*message.data).unwrap().message)).skip(1).collect()
+    }
+
+    fn world() -> WorldReport {
+        WorldReport {
+            last_tick: 9,
+            complete: true,
+            payload_hash: "00ff".into(),
+            collisions: Vec::new(),
+            failsafes: 0,
+            refused_commands: 0,
+            reused_commands: 0,
+            missed_deadlines: 0,
+            unanswered_ticks: 0,
+            late_max_us: 0.5,
+            latency: Some(Latency { p50_us: 1.0, p99_us: 2.0, max_us: 3.0 }),
+        }
+    }
+
+    #[test]
+    fn events_are_told_at_their_tick() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut recording = testing::recording(&path, &scenario);
+        for (tick, text) in [(5, "later"), (2, "sooner"), (30, "after the end")] {
+            recording.tell(&Event::new(Tick(tick), Level::Info, "test", text));
+        }
+        flight(&scenario, 0..10).iter().for_each(|frame| recording.observe(frame).unwrap());
+        recording.finish(None).unwrap();
+        assert_eq!(lines(&path), [(2, "sooner".into()), (5, "later".into()), (9, "after the end".into())]);
+    }
+
+    #[test]
+    fn a_successor_does_not_tell_again_what_was_told() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let event = Event::new(Tick(2), Level::Error, "collision", "uav 1 met uav 2");
+        let mut first = testing::recording(&path, &scenario);
+        first.tell(&event);
+        flight(&scenario, 0..51).iter().for_each(|frame| first.observe(frame).unwrap());
+        std::mem::forget(first);
+        let mut second = testing::recording(&path, &scenario);
+        second.tell(&event);
+        flight(&scenario, 50..60).iter().for_each(|frame| second.observe(frame).unwrap());
+        second.finish(None).unwrap();
+        assert_eq!(lines(&path), [(2, "uav 1 met uav 2".into())]);
+    }
+
+    #[test]
+    fn lost_ticks_are_counted_and_told_once() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut recording = testing::recording(&path, &scenario);
+        let mut frames = [flight(&scenario, 1..4), flight(&scenario, 6..9)].concat();
+        frames[4].torn = true;
+        frames.iter().for_each(|frame| recording.observe(frame).unwrap());
+        recording.finish(None).unwrap();
+        assert_eq!((recording.report().summary.ticks_lost, recording.report().gaps.len()), (4, 3));
+        let expected = [
+            (1, "tick 0 was lost before the recorder came"),
+            (6, "ticks 4 to 5 were lost, whole or in part: the recorder fell behind"),
+            (8, "tick 7 was lost, whole or in part: the recorder fell behind"),
+        ];
+        assert_eq!(lines(&path), expected.map(|(tick, text)| (tick, text.to_owned())));
+    }
+
+    #[test]
+    fn the_result_holds_no_wall_clock_without_timing() {
+        let scenario = ring_of(3, 40.0);
+        for timing in [false, true] {
+            let opening = Opening { timing, ..testing::opening(&scenario) };
+            let recording = Recording::begin(None, &opening, false).unwrap();
+            let result = recording.result(&FlightSummary::default(), Some(&world()));
+            assert_eq!((result["verdict"].as_str(), result["world.payload_hash"].as_str()), ("passed", "00ff"));
+            assert_eq!(result.contains_key("world.latency.p50_us"), timing);
+            assert_eq!(result.contains_key("world.late_max_us"), timing);
+            assert!(!result.contains_key("settling_s"));
+        }
+    }
+
+    #[test]
+    fn without_a_log_the_flight_is_measured_all_the_same() {
+        let scenario = ring_of(3, 40.0);
+        let mut recording = Recording::begin(None, &testing::opening(&scenario), false).unwrap();
+        flight(&scenario, 0..10).iter().for_each(|frame| recording.observe(frame).unwrap());
+        recording.finish(Some(&world())).unwrap();
+        let report = recording.report();
+        assert_eq!((report.summary.ticks, report.messages, report.problem), (10, 0, None));
+    }
+}

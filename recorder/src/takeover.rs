@@ -1,0 +1,262 @@
+//! What a new recorder does with the log of a dead one: everything readable moves into a fresh, whole log.
+//!
+//! The old file is set aside as `<log>.part` first and removed last, so that a takeover that is itself killed can begin
+//! again. Never touches a file that is not a log of this flight.
+
+use crate::{
+    RecorderError,
+    log::{Log, Opening, RESULT, RUN, SCENARIO},
+    replay::Past,
+    salvage::Salvage,
+};
+use mcap::{
+    Attachment, MAGIC,
+    records::{Channel, MessageHeader, Record},
+};
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::{BufReader, Read},
+    path::{Path, PathBuf},
+};
+
+/// Whether a recorder died over the log at `path`.
+pub(crate) fn is_needed(path: &Path) -> bool {
+    path.exists() || part_of(path).exists()
+}
+
+/// Makes a whole log of what the dead recorder left at `path`, and lets `past` learn from it.
+///
+/// Refuses the log of another flight; of a flight that has not `begun`, none can hold anything.
+pub(crate) fn take_over(
+    path: &Path,
+    opening: &Opening,
+    begun: bool,
+    past: &mut Past,
+) -> Result<Log, RecorderError> {
+    let part = part_of(path);
+    // Where there is a part, a takeover was killed: what lies at `path` is only its copy.
+    if !part.exists() {
+        check_is_of_this_flight(path, opening, begun)?;
+        fs::rename(path, &part).map_err(RecorderError::log(path, "renamed"))?;
+    }
+    let mut copy = Copy::into(Log::create(path, opening)?, past);
+    for record in Salvage::new(open(&part)?) {
+        copy.take(record)?;
+    }
+    copy.past.turn_to(i64::MAX);
+    let mut log = copy.log;
+    log.flush()?;
+    fs::remove_file(&part).map_err(RecorderError::log(&part, "removed"))?;
+    Ok(log)
+}
+
+fn part_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    name.into()
+}
+
+fn open(path: &Path) -> Result<BufReader<File>, RecorderError> {
+    File::open(path).map(BufReader::new).map_err(RecorderError::log(path, "read"))
+}
+
+fn check_is_of_this_flight(path: &Path, opening: &Opening, begun: bool) -> Result<(), RecorderError> {
+    let mut start = Vec::new();
+    let magic = MAGIC.len() as u64;
+    open(path)?.take(magic).read_to_end(&mut start).map_err(RecorderError::log(path, "read"))?;
+    let problem = if MAGIC.starts_with(&start) {
+        Salvage::new(open(path)?).find_map(|record| match record {
+            Record::Attachment { header, data, .. } if header.name == SCENARIO => {
+                (*data != *opening.text.as_bytes()).then_some(Some("this is the log of another scenario"))
+            }
+            // Whatever names the scenario comes before the first message.
+            Record::Message { .. } => Some((!begun).then_some("this is the log of an earlier flight")),
+            _ => None,
+        })
+    } else {
+        Some(Some("this is no log"))
+    };
+    match problem.flatten() {
+        Some(problem) => Err(RecorderError::Foreign { path: path.to_owned(), problem }),
+        None => Ok(()),
+    }
+}
+
+/// A log that is being copied.
+struct Copy<'a> {
+    log: Log,
+    past: &'a mut Past,
+    /// Schema numbers there, and here.
+    schemas: BTreeMap<u16, u16>,
+    /// Channel numbers there, and here with their topics.
+    channels: BTreeMap<u16, (u16, String)>,
+}
+
+impl<'a> Copy<'a> {
+    fn into(log: Log, past: &'a mut Past) -> Self {
+        Self { log, past, schemas: BTreeMap::new(), channels: BTreeMap::new() }
+    }
+
+    fn take(&mut self, record: Record) -> Result<(), RecorderError> {
+        match record {
+            Record::Schema { header, data } => {
+                let id = self.log.extend(|writer| writer.add_schema(&header.name, &header.encoding, &data))?;
+                self.schemas.insert(header.id, id);
+            }
+            Record::Channel(channel) => self.take_channel(channel)?,
+            Record::Message { header, data } => self.take_message(header, &data)?,
+            Record::Metadata(metadata) if ![RUN, RESULT].contains(&metadata.name.as_str()) => {
+                self.log.extend(|writer| writer.write_metadata(&metadata))?;
+            }
+            Record::Attachment { header, data, .. } if header.name != SCENARIO => {
+                let (log_time, create_time) = (header.log_time, header.create_time);
+                let (name, media_type) = (header.name, header.media_type);
+                let attachment = Attachment { log_time, create_time, name, media_type, data };
+                self.log.extend(|writer| writer.attach(&attachment))?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_channel(&mut self, channel: Channel) -> Result<(), RecorderError> {
+        let Channel { id, schema_id, topic, message_encoding, metadata } = channel;
+        let schema_id = self.schemas.get(&schema_id).copied().unwrap_or(0);
+        let new_id =
+            self.log.extend(|writer| writer.add_channel(schema_id, &topic, &message_encoding, &metadata))?;
+        self.channels.insert(id, (new_id, topic));
+        Ok(())
+    }
+
+    fn take_message(&mut self, header: MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
+        let Some((channel_id, topic)) = self.channels.get(&header.channel_id) else { return Ok(()) };
+        self.past.learn(topic, data);
+        self.log.copy(&MessageHeader { channel_id: *channel_id, ..header }, data)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        recording::Recording,
+        testing::{self, Seen, flight, messages, place, record, record_and_die, recording, ring_of, slow_ring},
+    };
+    use foxglove::messages::Log as Line;
+    use mcap::Summary;
+    use prost::Message;
+    use ringwing_scenario::Scenario;
+
+    fn seen(path: &Path) -> Vec<Seen> {
+        messages(&fs::read(path).unwrap())
+    }
+
+    fn undisturbed(scenario: &Scenario, ticks: std::ops::Range<i64>) -> Vec<Seen> {
+        let (_folder, path) = place();
+        record(&path, scenario, &flight(scenario, ticks));
+        seen(&path)
+    }
+
+    fn gaps(messages: &[Seen]) -> Vec<String> {
+        let lines = messages.iter().filter(|message| message.topic == "/log");
+        let lines = lines.map(|message| Line::decode(&*message.data).unwrap());
+        lines.filter(|line| line.name == "recorder.gap").map(|line| line.message).collect()
+    }
+
+    #[test]
+    fn the_log_of_a_dead_recorder_goes_on_with_nothing_but_a_gap() {
+        let (_folder, path) = place();
+        let scenario = ring_of(4, 40.0);
+        record_and_die(&path, &scenario, &flight(&scenario, 0..472));
+        record(&path, &scenario, &flight(&scenario, 480..700));
+        let (taken_over, whole) = (seen(&path), undisturbed(&scenario, 0..700));
+        assert_eq!(gaps(&taken_over), ["ticks 450 to 479 were lost with the recorder's predecessor"]);
+        let kept: Vec<_> = taken_over.iter().filter(|message| gaps(std::slice::from_ref(message)).is_empty()).collect();
+        let expected: Vec<_> = whole.iter().filter(|message| !(450..480).contains(&message.tick)).collect();
+        assert_eq!(kept, expected);
+        assert!(!part_of(&path).exists());
+    }
+
+    #[test]
+    fn what_was_measured_before_is_not_forgotten() {
+        let (_folder, path) = place();
+        let scenario = ring_of(4, 40.0);
+        let frames = flight(&scenario, 0..700);
+        record_and_die(&path, &scenario, &frames[..450]);
+        let mut second = recording(&path, &scenario);
+        frames[400..].iter().for_each(|frame| second.observe(frame).unwrap());
+        let (_folder, path) = place();
+        let mut whole = recording(&path, &scenario);
+        frames.iter().for_each(|frame| whole.observe(frame).unwrap());
+        assert_eq!(second.report(), whole.report());
+    }
+
+    #[test]
+    fn recorders_may_die_one_after_the_other() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        record_and_die(&path, &scenario, &flight(&scenario, 0..120));
+        record_and_die(&path, &scenario, &flight(&scenario, 110..290));
+        record(&path, &scenario, &flight(&scenario, 290..320));
+        let expected = [(100, 109), (250, 289)]
+            .map(|(first, last)| format!("ticks {first} to {last} were lost with the recorder's predecessor"));
+        assert_eq!(gaps(&seen(&path)), expected);
+        let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
+        assert_eq!((summary.metadata_indexes.len(), summary.attachment_indexes.len()), (2, 1));
+    }
+
+    #[test]
+    fn a_takeover_that_was_killed_begins_again() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        record_and_die(&path, &scenario, &flight(&scenario, 0..200));
+        let before = seen(&path);
+        fs::rename(&path, part_of(&path)).unwrap();
+        // Killed after the renaming, within the copying, and before the removal.
+        for copied in [None, Some(300), Some(9999)] {
+            if let Some(length) = copied {
+                let old = fs::read(part_of(&path)).unwrap();
+                fs::write(&path, &old[..length.min(old.len())]).unwrap();
+            }
+            let part = fs::read(part_of(&path)).unwrap();
+            drop(recording(&path, &scenario));
+            assert_eq!(seen(&path), before);
+            fs::write(part_of(&path), part).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_log_cut_anywhere_is_taken_over() {
+        let (_folder, path) = place();
+        let scenario = slow_ring();
+        record_and_die(&path, &scenario, &flight(&scenario, 0..12));
+        let (file, whole) = (fs::read(&path).unwrap(), seen(&path));
+        for cut in (0..file.len()).step_by(97) {
+            fs::write(&path, &file[..cut]).unwrap();
+            std::mem::forget(recording(&path, &scenario));
+            let kept = seen(&path);
+            assert_eq!(kept[..], whole[..kept.len()], "cut at byte {cut}");
+        }
+    }
+
+    #[test]
+    fn files_of_others_are_left_alone() {
+        let (folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let refused = |content: &[u8], text: &str, begun: bool| {
+            fs::write(&path, content).unwrap();
+            let opening = Opening { text, ..testing::opening(&scenario) };
+            let error = Recording::begin(Some(&path), &opening, begun).err().unwrap();
+            assert_eq!(fs::read(&path).unwrap(), content);
+            assert!(!part_of(&path).exists());
+            error.to_string()
+        };
+        assert!(refused(b"dear diary", testing::TEXT, true).contains("this is no log"));
+        let other = folder.path().join("other.mcap");
+        record(&other, &scenario, &flight(&scenario, 0..10));
+        let log = fs::read(other).unwrap();
+        assert!(refused(&log, "name = \"other\"", true).contains("another scenario"));
+        assert!(refused(&log, testing::TEXT, false).contains("an earlier flight"));
+    }
+}

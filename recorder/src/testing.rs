@@ -1,0 +1,164 @@
+//! Synthetic flights for the tests of this crate.
+
+use crate::{
+    frame::{Assembly, Frame, Ring},
+    log::Opening,
+    recording::Recording,
+};
+use nalgebra::Point2;
+use ringwing_messages::{
+    AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Terms, Tick, TickTiming, UavId,
+};
+use ringwing_scenario::{FormationSection, Obstacle, Scenario};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
+
+/// The scenario's text in the logs of these tests.
+pub(crate) const TEXT: &str = "name = \"synthetic\"\n";
+
+/// A swarm of `uavs`, `spacing_m` apart, and nothing in its way.
+pub(crate) fn ring_of(uavs: u32, spacing_m: f64) -> Scenario {
+    let formation = FormationSection { uavs, spacing_m, ..FormationSection::default() };
+    Scenario { name: "synthetic".into(), formation, ..Scenario::default() }
+}
+
+/// Three UAVs at so low a rate that every other tick begins with a flush.
+pub(crate) fn slow_ring() -> Scenario {
+    let mut scenario = ring_of(3, 40.0);
+    scenario.time.rate_hz = 4;
+    scenario
+}
+
+/// An obstacle of 10 m radius that repels from 30 m.
+pub(crate) fn obstacle(position_m: [f64; 2]) -> Obstacle {
+    Obstacle { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
+}
+
+/// What begins the log of `scenario`, without wall-clock times.
+pub(crate) fn opening(scenario: &Scenario) -> Opening<'_> {
+    Opening { scenario, text: TEXT, timing: false }
+}
+
+/// A UAV on its way east at 15 m/s.
+pub(crate) fn sensed(tick: i64, uav: u32, position_m: [f64; 2]) -> Sensed {
+    Sensed {
+        tick: Tick(tick),
+        position_m,
+        heading_rad: 0.0,
+        speed_m_s: 15.0,
+        turn_rate_rad_s: 0.0,
+        uav: UavId(uav),
+        mode: FlightMode::COMMANDED,
+        obstacle_count: 0,
+        obstacles_omitted: 0,
+        obstacles: [SensedObstacle::default(); 8],
+    }
+}
+
+/// A command that keeps it so.
+pub(crate) fn command(tick: i64, uav: u32, terms: Terms) -> Command {
+    Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), reserved: 0, terms }
+}
+
+/// The leader at some place, on its way east.
+pub(crate) fn leader(tick: i64, position_m: [f64; 2]) -> LeaderState {
+    LeaderState { tick: Tick(tick), position_m, heading_rad: 0.0, speed_m_s: 15.0, turn_rate_rad_s: 0.0 }
+}
+
+/// Everything that is heard of a tick of a flight in which UAVs swing about their slots by `swing_m`.
+pub(crate) fn hear(assembly: &mut Assembly, scenario: &Scenario, tick: i64, swing_m: f64) {
+    let time_s = tick as f64 * scenario.period_s();
+    let centre = Point2::new(15.0 * time_s, 0.0);
+    assembly.put_leader(&leader(tick, centre.into()));
+    for uav in UavId::all(scenario.formation.uavs) {
+        let slot = scenario.formation().slot(uav.0, centre);
+        let phase = time_s + f64::from(uav.0);
+        let place = [slot.x + swing_m * phase.sin(), slot.y + swing_m * (1.3 * phase).cos()];
+        assembly.put_sensed(uav, &Sensed { heading_rad: (0.1 * phase).sin() * swing_m, ..sensed(tick, uav.0, place) });
+        let terms = Terms {
+            slot_m: slot.into(),
+            previous_force_m: [phase.sin() * swing_m, phase.cos() * swing_m],
+            next_force_m: [phase.cos() * swing_m, (2.0 * phase).sin() * swing_m],
+            centre_force_m: [(0.7 * phase).sin() * swing_m, (0.7 * phase).cos() * swing_m],
+            slot_force_m: [place[0] - slot.x, place[1] - slot.y],
+            potential_m2: 1.0 + phase.sin(),
+            previous_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
+            next_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
+            leader_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
+            ..Terms::NONE
+        };
+        assembly.put_command(uav, &command(tick, uav.0, terms));
+    }
+    assembly.put_timing(&TickTiming { tick, round_trip_ns: 40_000, ..TickTiming::default() });
+}
+
+/// The frames of some ticks of such a flight.
+pub(crate) fn flight(scenario: &Scenario, ticks: std::ops::Range<i64>) -> Vec<Frame> {
+    frames(scenario, ticks, 0.3)
+}
+
+/// The frame of a formation whose every UAV is in its slot.
+pub(crate) fn at_rest(scenario: &Scenario, tick: i64) -> Frame {
+    frames(scenario, tick..tick + 1, 0.0).remove(0)
+}
+
+fn frames(scenario: &Scenario, ticks: std::ops::Range<i64>, swing_m: f64) -> Vec<Frame> {
+    let mut assembly = Assembly::new(scenario.formation.uavs, ticks.start);
+    let ring = Ring::new(scenario);
+    let frame = |tick| {
+        hear(&mut assembly, scenario, tick, swing_m);
+        let mut frame = Frame::default();
+        frame.refill(&assembly.take_before(tick + 1).unwrap(), &ring);
+        frame
+    };
+    ticks.map(frame).collect()
+}
+
+/// Begins a recording in `folder`, or goes on with the one there.
+pub(crate) fn recording(path: &Path, scenario: &Scenario) -> Recording {
+    Recording::begin(Some(path), &opening(scenario), true).unwrap()
+}
+
+/// Records a flight up to its end.
+pub(crate) fn record(path: &Path, scenario: &Scenario, frames: &[Frame]) {
+    let mut recording = recording(path, scenario);
+    frames.iter().for_each(|frame| recording.observe(frame).unwrap());
+    recording.finish(None).unwrap();
+}
+
+/// Records frames and dies: what was not flushed is lost.
+pub(crate) fn record_and_die(path: &Path, scenario: &Scenario, frames: &[Frame]) {
+    let mut recording = recording(path, scenario);
+    frames.iter().for_each(|frame| recording.observe(frame).unwrap());
+    std::mem::forget(recording);
+}
+
+/// A place for a log, and the folder that goes with it.
+pub(crate) fn place() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    (folder, path)
+}
+
+/// A message as a reader sees it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Seen {
+    pub(crate) topic: String,
+    pub(crate) tick: u32,
+    pub(crate) log_time: u64,
+    pub(crate) data: Vec<u8>,
+}
+
+/// All messages that mcap's own reader finds in a file, its end included.
+pub(crate) fn messages(file: &[u8]) -> Vec<Seen> {
+    let stream = mcap::MessageStream::new(file).unwrap();
+    let seen = |message: mcap::Message| Seen {
+        topic: message.channel.topic.clone(),
+        tick: message.sequence,
+        log_time: message.log_time,
+        data: Cow::into_owned(message.data),
+    };
+    stream.map(|message| seen(message.unwrap())).collect()
+}

@@ -1,0 +1,220 @@
+//! Where the UAVs begin.
+
+use crate::{Obstacle, Problem, Scenario, ScenarioError, StartState, direction};
+use nalgebra::{Point2, Vector2};
+use rand_chacha::{
+    ChaCha8Rng,
+    rand_core::{Rng, SeedableRng},
+};
+
+/// Each purpose draws from its own stream, so that one more draw for one never shifts another. This is that of starts.
+const STREAM: u64 = 1;
+/// So many places are tried for one UAV.
+const TRIES: u32 = 10_000;
+
+/// The start state of each UAV: as listed, or drawn by the scenario's seed.
+///
+/// Places are drawn from a box round the leader, and drawn again while they are too close to another UAV or within an
+/// obstacle's braking distance; a box too small for that is refused.
+pub fn places(scenario: &Scenario) -> Result<Vec<StartState>, ScenarioError> {
+    if !scenario.start.uavs.is_empty() {
+        return Ok(scenario.start.uavs.clone());
+    }
+    let mut area = Area::new(scenario);
+    let mut placed = Vec::new();
+    for uav in 1..=scenario.formation.uavs {
+        let state = area.free_state(&placed).ok_or_else(|| too_small(scenario, uav))?;
+        placed.push(state);
+    }
+    Ok(placed)
+}
+
+fn too_small(scenario: &Scenario, uav: u32) -> Problem {
+    let message = format!(
+        "no free place for UAV {uav} of {} after {TRIES} tries: give a smaller separation_m, or a larger \
+         length_radii or width_radii, or an ahead_radii that is clear of obstacles",
+        scenario.formation.uavs
+    );
+    Problem { key: Some("start.draw".into()), ..Problem::of_scenario(&scenario.name, message) }
+}
+
+/// The box that starts are drawn from.
+struct Area<'s> {
+    scenario: &'s Scenario,
+    stream: ChaCha8Rng,
+    middle: Point2<f64>,
+    /// Its sides, from end to end.
+    along: Vector2<f64>,
+    across: Vector2<f64>,
+    /// Nobody begins closer to another, nor in collision.
+    separation_m: f64,
+}
+
+impl<'s> Area<'s> {
+    fn new(scenario: &'s Scenario) -> Self {
+        let draw = &scenario.start.draw;
+        let radius = scenario.formation().radius_m();
+        let ahead = direction(scenario.leader.heading_deg.to_radians());
+        Self {
+            scenario,
+            stream: stream(scenario.seed),
+            middle: Point2::from(scenario.leader.start_m) + ahead * (draw.ahead_radii * radius),
+            along: ahead * (draw.length_radii * radius),
+            across: Vector2::new(-ahead.y, ahead.x) * (draw.width_radii * radius),
+            separation_m: draw.separation_m.max(scenario.airframe.collision_distance_m),
+        }
+    }
+
+    fn free_state(&mut self, placed: &[StartState]) -> Option<StartState> {
+        (0..TRIES).find_map(|_| {
+            let state = self.state();
+            self.is_free(state.position_m.into(), placed).then_some(state)
+        })
+    }
+
+    /// Always three draws, whatever comes of them.
+    fn state(&mut self) -> StartState {
+        let position =
+            self.middle + self.along * (self.uniform() - 0.5) + self.across * (self.uniform() - 0.5);
+        let Scenario { leader, start, .. } = self.scenario;
+        let deviation_deg = start.draw.heading_spread_deg * (2.0 * self.uniform() - 1.0);
+        StartState {
+            position_m: position.into(),
+            heading_deg: (leader.heading_deg + deviation_deg) % 360.0,
+            speed_m_s: leader.speed_m_s,
+        }
+    }
+
+    /// In [0, 1), by the 53 bits that a double holds: the same in every version of every library.
+    fn uniform(&mut self) -> f64 {
+        (self.stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn is_free(&self, position: Point2<f64>, placed: &[StartState]) -> bool {
+        let apart =
+            |other: &StartState| (position - Point2::from(other.position_m)).norm() >= self.separation_m;
+        let clear = |obstacle: &Obstacle| {
+            (position - Point2::from(obstacle.position_m)).norm() > obstacle.braking_distance_m
+        };
+        placed.iter().all(apart) && self.scenario.obstacles.iter().all(clear)
+    }
+}
+
+fn stream(seed: u64) -> ChaCha8Rng {
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    let mut stream = ChaCha8Rng::from_seed(key);
+    stream.set_stream(STREAM);
+    stream
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn drawn(uavs: u32, seed: u64) -> Scenario {
+        let mut scenario = Scenario { seed, ..Scenario::default() };
+        scenario.formation.uavs = uavs;
+        scenario
+    }
+
+    fn distance(a: &StartState, b: &StartState) -> f64 {
+        (Point2::from(a.position_m) - Point2::from(b.position_m)).norm()
+    }
+
+    fn assert_apart(states: &[StartState], separation_m: f64) {
+        for (index, state) in states.iter().enumerate() {
+            assert!(states[..index].iter().all(|other| distance(state, other) >= separation_m));
+        }
+    }
+
+    #[test]
+    fn a_list_is_taken_as_it_is() {
+        let state = StartState { position_m: [1.0, 2.0], heading_deg: 3.0, speed_m_s: 14.0 };
+        let mut scenario = drawn(3, 1);
+        scenario.start.uavs = vec![state; 3];
+        assert_eq!(places(&scenario).unwrap(), [state; 3]);
+    }
+
+    #[test]
+    fn the_default_box_has_room_for_any_number() {
+        for uavs in [3, 4, 6, 30, 200, 1024] {
+            let states = places(&drawn(uavs, 1)).unwrap();
+            assert_eq!(states.len(), uavs as usize);
+            assert_apart(&states, 10.0);
+        }
+    }
+
+    #[test]
+    fn the_draw_is_the_same_on_every_machine_and_in_every_version() {
+        let first = places(&drawn(6, 1)).unwrap()[0];
+        assert_eq!(
+            first,
+            StartState {
+                position_m: [-47.576_023_362_150_91, 25.439_330_668_616_996],
+                heading_deg: 7.901_582_327_830_758,
+                speed_m_s: 15.0
+            }
+        );
+    }
+
+    #[test]
+    fn a_box_without_room_is_refused_with_the_keys_to_change() {
+        let mut scenario = drawn(6, 1);
+        scenario.start.draw.separation_m = 100.0;
+        assert_eq!(
+            places(&scenario).unwrap_err().to_string(),
+            "scenario \"unnamed\": start.draw: no free place for UAV 3 of 6 after 10000 tries: give a smaller \
+             separation_m, or a larger length_radii or width_radii, or an ahead_radii that is clear of obstacles"
+        );
+    }
+
+    #[test]
+    fn the_box_lies_ahead_of_the_leader_and_along_its_heading() {
+        let mut scenario = drawn(40, 9);
+        scenario.leader.start_m = [500.0, -200.0];
+        scenario.leader.heading_deg = 90.0;
+        scenario.start.draw.ahead_radii = 2.0;
+        let radius = scenario.formation().radius_m();
+        for state in places(&scenario).unwrap() {
+            let [x, y] = state.position_m;
+            assert!((x - 500.0).abs() <= radius && (y + 200.0 - 2.0 * radius).abs() <= 1.5 * radius);
+            assert!((state.heading_deg - 90.0).abs() <= 28.6);
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        #[test]
+        fn the_seed_alone_decides(uavs in 3_u32..40, seed: u64) {
+            let states = places(&drawn(uavs, seed)).unwrap();
+            prop_assert_eq!(&states, &places(&drawn(uavs, seed)).unwrap());
+            prop_assert_ne!(&states, &places(&drawn(uavs, seed ^ 1)).unwrap());
+            assert_apart(&states, 10.0);
+        }
+
+        #[test]
+        fn more_uavs_do_not_move_the_first_ones_in_a_box_of_the_same_size(seed: u64) {
+            let few = drawn(6, seed);
+            let mut many = drawn(7, seed);
+            let ratio = few.formation().radius_m() / many.formation().radius_m();
+            many.start.draw.length_radii *= ratio;
+            many.start.draw.width_radii *= ratio;
+            for (a, b) in places(&few).unwrap().iter().zip(&places(&many).unwrap()) {
+                prop_assert!(distance(a, b) < 1e-6);
+            }
+        }
+
+        #[test]
+        fn nobody_begins_where_an_obstacle_repels(seed: u64, x in -60.0..60.0, y in -40.0..40.0) {
+            let mut scenario = drawn(6, seed);
+            scenario.obstacles =
+                vec![Obstacle { name: "mast".into(), position_m: [x, y], radius_m: 5.0, braking_distance_m: 20.0 }];
+            for state in places(&scenario).unwrap() {
+                prop_assert!((Point2::from(state.position_m) - Point2::new(x, y)).norm() > 20.0);
+            }
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! The processes of a run: who is there, in what state, and who should be.
+
+use super::{LaunchError, Plan};
+use ringwing_messages::{DomainId, Part, Roster, UavId, member::is_running};
+use ringwing_scenario::Scenario;
+use rustix::process::{Pid, Signal, kill_process};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt,
+    os::unix::process::CommandExt,
+    path::PathBuf,
+    process::{Command, Stdio},
+    time::{Duration, Instant},
+};
+
+/// How a process ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum End {
+    /// By itself, with this status.
+    Exited(i32),
+    /// By this signal.
+    Killed(i32),
+    /// It was not our child: its end was seen, but not how.
+    Unknown,
+}
+
+impl End {
+    /// Whether it gave up with an error; a successor would meet the same.
+    pub(crate) fn is_failure(self) -> bool {
+        matches!(self, Self::Exited(status) if status != 0)
+    }
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exited(0) => f.write_str("has left"),
+            Self::Exited(status) => write!(f, "gave up (exit status {status})"),
+            Self::Killed(signal) => write!(f, "was killed by signal {signal}"),
+            Self::Unknown => f.write_str("has ended"),
+        }
+    }
+}
+
+/// Where a process is between its start and its end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum State {
+    /// Spawned or awaited, not ready yet.
+    Starting,
+    /// Ready.
+    Ready,
+    /// Ready, but stopped by a signal.
+    Frozen,
+    /// Not there.
+    Gone,
+}
+
+#[derive(Debug)]
+struct Station {
+    state: State,
+    since: Instant,
+    process: Option<u32>,
+    adopted: bool,
+    replacements: u32,
+}
+
+/// All processes of a run.
+#[derive(Debug)]
+pub(super) struct Crew {
+    stations: BTreeMap<Part, Station>,
+    domain: DomainId,
+    uavs: u32,
+    log: Option<PathBuf>,
+    timing: bool,
+    by_hand: BTreeSet<Part>,
+    start_timeout: Duration,
+    freeze_timeout: Duration,
+    roster: Roster,
+    failures: Vec<String>,
+}
+
+impl Crew {
+    pub(super) fn new(scenario: &Scenario, domain: &DomainId, log: Option<PathBuf>, plan: &Plan) -> Self {
+        let station = || Station {
+            state: State::Starting,
+            since: Instant::now(),
+            process: None,
+            adopted: false,
+            replacements: 0,
+        };
+        Self {
+            stations: Part::all(scenario.formation.uavs).map(|part| (part, station())).collect(),
+            domain: domain.clone(),
+            uavs: scenario.formation.uavs,
+            log,
+            timing: plan.timing,
+            by_hand: plan.by_hand.clone(),
+            start_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s),
+            freeze_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
+            roster: Roster::empty(),
+            failures: Vec::new(),
+        }
+    }
+
+    /// The arguments of the process `part`.
+    fn arguments(&self, part: Part) -> Vec<String> {
+        let domain = ["--domain".to_owned(), self.domain.to_string()];
+        let mut arguments: Vec<String> = match part {
+            Part::World => vec!["world".into()],
+            Part::Leader => vec!["leader".into()],
+            Part::Recorder => vec!["recorder".into()],
+            Part::Agent(uav) => vec!["agent".into(), "--uav".into(), uav.0.to_string()],
+        };
+        arguments.extend(domain);
+        if let (Part::Recorder, Some(log)) = (part, &self.log) {
+            arguments.extend(["--log".into(), log.display().to_string()]);
+            arguments.extend((!self.timing).then(|| "--no-timing".into()));
+        }
+        arguments
+    }
+
+    /// What a user types to start `part` by hand.
+    pub(super) fn command_line(&self, part: Part) -> String {
+        format!("ringwing {}", self.arguments(part).join(" "))
+    }
+
+    pub(super) fn spawn_all(&mut self) -> Result<(), LaunchError> {
+        let ours: Vec<Part> = self.stations.keys().filter(|part| !self.by_hand.contains(part)).copied().collect();
+        ours.into_iter().try_for_each(|part| self.spawn(part))
+    }
+
+    fn spawn(&mut self, part: Part) -> Result<(), LaunchError> {
+        // Not the path of this program: the file may be replaced by a new build while the run goes on.
+        let child = Command::new("/proc/self/exe")
+            .arg0("ringwing")
+            .args(self.arguments(part))
+            .args(["--launcher", &std::process::id().to_string()])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            // A group of its own: the terminal's Ctrl-C is for the launcher, which ends the others in order.
+            .process_group(0)
+            .spawn()
+            .map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
+        let station = self.station(part);
+        (station.state, station.since, station.adopted) = (State::Starting, Instant::now(), false);
+        station.process = Some(child.id());
+        Ok(())
+    }
+
+    pub(super) fn respawn(&mut self, part: Part) -> Result<(), LaunchError> {
+        self.station(part).replacements += 1;
+        self.spawn(part)
+    }
+
+    fn station(&mut self, part: Part) -> &mut Station {
+        self.stations.get_mut(&part).expect("every part of the scenario has a station")
+    }
+
+    pub(super) fn replacements(&self, part: Part) -> u32 {
+        self.stations[&part].replacements
+    }
+
+    pub(super) fn part_of(&self, pid: u32) -> Option<Part> {
+        self.stations.iter().find(|(_, station)| station.process == Some(pid)).map(|(part, _)| *part)
+    }
+
+    pub(super) fn is_any(&self, state: State) -> bool {
+        self.stations.values().any(|station| station.state == state)
+    }
+
+    pub(super) fn is_any_running(&self) -> bool {
+        self.stations.values().any(|station| station.process.is_some())
+    }
+
+    pub(super) fn is_adopted(&self, part: Part) -> bool {
+        self.stations[&part].adopted
+    }
+
+    pub(super) fn running_names(&self) -> String {
+        let running = self.stations.iter().filter(|(_, station)| station.process.is_some());
+        running.map(|(part, _)| part.to_string()).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Whether there is a world, or one is to come.
+    pub(super) fn has_world(&self) -> bool {
+        self.stations[&Part::World].state != State::Gone
+    }
+
+    /// Whether the flight has begun.
+    pub(super) fn is_flying(&self) -> bool {
+        self.roster.revision > 0
+    }
+
+    pub(super) fn set_frozen(&mut self, part: Part, frozen: bool) {
+        let station = self.station(part);
+        (station.state, station.since) = match (station.state, frozen) {
+            (State::Ready, true) => (State::Frozen, Instant::now()),
+            (State::Frozen, false) => (State::Ready, Instant::now()),
+            (other, _) => (other, station.since),
+        };
+    }
+
+    /// Notes the end of `part`; returns whether it had been ready.
+    pub(super) fn set_ended(&mut self, part: Part) -> bool {
+        let station = self.station(part);
+        let was_ready = station.state != State::Starting;
+        (station.state, station.process) = (State::Gone, None);
+        was_ready
+    }
+
+    /// Notes who says to be ready; returns who is so since the last call.
+    pub(super) fn note_attendance(&mut self, attendant: impl Fn(Part) -> Option<u32>) -> Vec<Part> {
+        let mut ready = Vec::new();
+        for (part, station) in &mut self.stations {
+            let waiting = matches!(station.state, State::Starting | State::Gone);
+            let Some(pid) = attendant(*part).filter(|_| waiting) else { continue };
+            let is_ours = station.process == Some(pid);
+            if is_ours || (station.process.is_none() && is_running(pid)) {
+                station.adopted = !is_ours;
+                (station.state, station.process) = (State::Ready, Some(pid));
+                ready.push(*part);
+            }
+        }
+        ready
+    }
+
+    /// Processes that take too long to start, or are frozen for too long where the run cannot do without them.
+    pub(super) fn overdue(&self) -> Vec<(Part, &'static str)> {
+        let judge = |(part, station): (&Part, &Station)| match (station.state, part) {
+            (State::Starting, _) if station.process.is_some() && station.since.elapsed() > self.start_timeout => {
+                Some((*part, "was not ready in time"))
+            }
+            (State::Frozen, Part::World | Part::Leader) if station.since.elapsed() > self.freeze_timeout => {
+                Some((*part, "stayed frozen for too long"))
+            }
+            _ => None,
+        };
+        self.stations.iter().filter_map(judge).collect()
+    }
+
+    pub(super) fn kill(&mut self, part: Part) {
+        if let Some(pid) = self.stations[&part].process.and_then(|pid| Pid::from_raw(pid.cast_signed())) {
+            // It may have ended at this moment; then its end is on its way to us.
+            let _ = kill_process(pid, Signal::KILL);
+            self.station(part).since = Instant::now();
+        }
+    }
+
+    pub(super) fn kill_all(&mut self) {
+        let everybody: Vec<Part> = self.stations.keys().copied().collect();
+        everybody.into_iter().for_each(|part| self.kill(part));
+    }
+
+    /// Who runs now, for the world.
+    pub(super) fn next_roster(&mut self) -> Roster {
+        let is = |part: Part, state: State| self.stations[&part].state == state;
+        let mut roster = Roster::empty();
+        roster.revision = self.roster.revision + 1;
+        roster.leader = is(Part::Leader, State::Ready);
+        // A frozen recorder still has its buffers: the world waits for it as for one that lags.
+        roster.recorder = is(Part::Recorder, State::Ready) || is(Part::Recorder, State::Frozen);
+        roster.hold = !is(Part::Leader, State::Ready) || is(Part::Recorder, State::Starting);
+        UavId::all(self.uavs).for_each(|uav| roster.set(uav, is(Part::Agent(uav), State::Ready)));
+        self.roster = roster;
+        roster
+    }
+
+    pub(super) fn remember_failure(&mut self, failure: String) {
+        self.failures.push(failure);
+    }
+
+    pub(super) fn take_failures(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.failures)
+    }
+}

@@ -1,0 +1,115 @@
+//! News for the launcher: what its processes do, and what its user wants.
+
+use super::{LaunchError, crew::End};
+use rustix::{
+    event::{PollFd, PollFlags, poll},
+    io::Errno,
+    process::{Pid, PidfdFlags, WaitOptions, WaitStatus, pidfd_open, wait},
+};
+use signal_hook::{
+    consts::{SIGHUP, SIGINT, SIGTERM},
+    iterator::Signals,
+};
+use std::{
+    sync::mpsc::{Receiver, Sender, channel},
+    thread,
+    time::Duration,
+};
+
+/// Something the launcher should know.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Notice {
+    /// A process ended, or was frozen or thawed.
+    Process {
+        /// Its process id.
+        pid: u32,
+        /// What happened to it.
+        change: Change,
+    },
+    /// The user wants the run to end.
+    Interrupt,
+}
+
+/// What happened to a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Change {
+    /// It is no more.
+    Ended(End),
+    /// It is stopped by a signal.
+    Frozen,
+    /// It goes on.
+    Thawed,
+}
+
+/// Where all news come in.
+pub(super) struct Desk {
+    sender: Sender<Notice>,
+    receiver: Receiver<Notice>,
+}
+
+impl Desk {
+    /// Begins to listen to children and signals.
+    pub(super) fn open() -> Result<Self, LaunchError> {
+        let (sender, receiver) = channel();
+        let children = sender.clone();
+        start("the thread that waits for processes", move || reap(&children))?;
+        let failed = |source| LaunchError::Spawn { what: "the signal handler".into(), source };
+        let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(failed)?;
+        let user = sender.clone();
+        start("the thread that waits for signals", move || {
+            for _ in signals.forever() {
+                if user.send(Notice::Interrupt).is_err() {
+                    return;
+                }
+            }
+        })?;
+        Ok(Self { sender, receiver })
+    }
+
+    /// The next notice, if one comes within `limit`.
+    pub(super) fn next(&self, limit: Duration) -> Option<Notice> {
+        self.receiver.recv_timeout(limit).ok()
+    }
+
+    /// Listens to the process `pid` too, which is not our child.
+    pub(super) fn watch(&self, pid: u32) -> Result<(), LaunchError> {
+        let desk = self.sender.clone();
+        start("the thread that watches a process", move || {
+            let process = Pid::from_raw(pid.cast_signed()).and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
+            if let Some(process) = process {
+                while poll(&mut [PollFd::new(&process, PollFlags::IN)], None) == Err(Errno::INTR) {}
+            }
+            // A launcher that no longer listens needs no news.
+            let _ = desk.send(Notice::Process { pid, change: Change::Ended(End::Unknown) });
+        })
+    }
+}
+
+fn start(what: &str, run: impl FnOnce() + Send + 'static) -> Result<(), LaunchError> {
+    let failed = |source| LaunchError::Spawn { what: what.into(), source };
+    thread::Builder::new().spawn(run).map(drop).map_err(failed)
+}
+
+fn reap(desk: &Sender<Notice>) {
+    loop {
+        match wait(WaitOptions::UNTRACED | WaitOptions::CONTINUED) {
+            Ok(Some((pid, status))) => {
+                let pid = pid.as_raw_nonzero().get().cast_unsigned();
+                if desk.send(Notice::Process { pid, change: change_of(status) }).is_err() {
+                    return;
+                }
+            }
+            // No child at this moment.
+            Ok(None) | Err(_) => thread::sleep(Duration::from_millis(2)),
+        }
+    }
+}
+
+fn change_of(status: WaitStatus) -> Change {
+    match (status.exit_status(), status.terminating_signal()) {
+        (Some(code), _) => Change::Ended(End::Exited(code)),
+        (_, Some(signal)) => Change::Ended(End::Killed(signal)),
+        _ if status.continued() => Change::Thawed,
+        _ => Change::Frozen,
+    }
+}

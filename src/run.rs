@@ -1,0 +1,171 @@
+//! `ringwing run`: flies a scenario and says how it went.
+
+use crate::{
+    FAILED,
+    launcher::{LaunchError, Outcome, Plan, launch},
+    summary::Summary,
+};
+use ringwing_messages::{Part, UavId};
+use ringwing_scenario::{Scenario, ScenarioError, Setting, Source, start};
+use std::{path::PathBuf, process::ExitCode};
+
+const DEFAULT_SCENARIO: &str = "paper-4.2";
+const DEFAULT_OUT: &str = "runs";
+/// What a flight ends with that violated a requirement of its scenario.
+const VIOLATED: u8 = 3;
+
+/// What to fly, and how.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// A preset's name (see `ringwing scenario list`) or a scenario file
+    #[arg(default_value = DEFAULT_SCENARIO)]
+    scenario: String,
+    /// Override a key of the scenario, such as control.dead_reckoning=off or obstacles.0.radius_m=15
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
+    /// Seed of every random draw
+    #[arg(long, value_name = "NUMBER")]
+    seed: Option<u64>,
+    /// How many UAVs; those without a start state in the scenario begin at drawn places
+    #[arg(long, value_name = "NUMBER")]
+    uavs: Option<u32>,
+    /// Simulated length of the flight
+    #[arg(long, value_name = "SECONDS")]
+    duration: Option<f64>,
+    /// Keep to the wall clock instead of flying as fast as the machine allows
+    #[arg(long)]
+    real_time: bool,
+    /// Folder in which the run makes its own
+    #[arg(long, value_name = "FOLDER", default_value = DEFAULT_OUT)]
+    out: PathBuf,
+    /// Write no log; the flight is measured all the same
+    #[arg(long)]
+    no_record: bool,
+    /// Leave wall-clock timing out of the log, so that the same flight gives the same file
+    #[arg(long)]
+    no_timing: bool,
+    /// Do not start this process but wait until you do: world, leader, recorder, agent-3, ...
+    #[arg(long, value_name = "PROCESS", value_parser = part)]
+    by_hand: Vec<Part>,
+    /// Print the summary as JSON, and nothing while it flies
+    #[arg(long)]
+    json: bool,
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    match text {
+        "world" => Ok(Part::World),
+        "leader" => Ok(Part::Leader),
+        "recorder" => Ok(Part::Recorder),
+        other => other
+            .strip_prefix("agent-")
+            .and_then(|number| number.parse().ok())
+            .filter(|number| *number > 0)
+            .map(|number| Part::Agent(UavId(number)))
+            .ok_or_else(|| "give world, leader, recorder, or agent- and a UAV's number".into()),
+    }
+}
+
+/// Flies; the exit code says whether it flew, and whether it met its requirements.
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let plan = plan(args)?;
+    let outcome = launch(&plan)?;
+    let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
+    write(&outcome, &summary)?;
+    if args.json {
+        println!("{}", summary.to_json());
+    } else {
+        print!("{summary}");
+    }
+    Ok(match summary.verdict {
+        crate::summary::Verdict::Passed => ExitCode::SUCCESS,
+        crate::summary::Verdict::Violated => ExitCode::from(VIOLATED),
+        crate::summary::Verdict::Failed => ExitCode::from(FAILED),
+    })
+}
+
+fn plan(args: &Args) -> Result<Plan, ScenarioError> {
+    let scenario = Scenario::read(&Source::find(&args.scenario)?, &settings(args))?;
+    // The world places the UAVs; that it can is better known before anything is started.
+    start::places(&scenario)?;
+    Ok(Plan {
+        scenario,
+        out: args.out.clone(),
+        record: !args.no_record,
+        timing: !args.no_timing,
+        by_hand: args.by_hand.iter().copied().collect(),
+        quiet: args.json,
+    })
+}
+
+/// The overrides in the order of their strength: a flag of its own beats `--set`.
+fn settings(args: &Args) -> Vec<Setting> {
+    let mut settings = args.settings.clone();
+    settings.extend(args.seed.map(|seed| Setting::of_flag("--seed", "seed", seed)));
+    settings.extend(args.uavs.map(|uavs| Setting::of_flag("--uavs", "formation.uavs", uavs)));
+    settings.extend(args.duration.map(|s| Setting::of_flag("--duration", "time.duration_s", format!("{s:?}"))));
+    settings.extend(args.real_time.then(|| Setting::of_flag("--real-time", "time.real_time", true)));
+    settings
+}
+
+fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
+    let path = outcome.folder.join("summary.json");
+    std::fs::write(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
+}
+
+/// The exact command that flies the same again, its seed named.
+fn command(args: &Args, seed: u64) -> String {
+    let program = std::env::args().next().unwrap_or_else(|| "ringwing".into());
+    let mut words = vec![program, "run".into(), args.scenario.clone()];
+    for setting in &args.settings {
+        words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
+    }
+    words.extend(["--seed".into(), seed.to_string()]);
+    words.extend(args.uavs.iter().flat_map(|uavs| ["--uavs".into(), uavs.to_string()]));
+    words.extend(args.duration.iter().flat_map(|seconds| ["--duration".into(), seconds.to_string()]));
+    if args.out != PathBuf::from(DEFAULT_OUT) {
+        words.extend(["--out".into(), args.out.display().to_string()]);
+    }
+    for (given, flag) in [
+        (args.real_time, "--real-time"),
+        (args.no_record, "--no-record"),
+        (args.no_timing, "--no-timing"),
+        (args.json, "--json"),
+    ] {
+        words.extend(given.then(|| flag.into()));
+    }
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// `word` as a shell takes it for one word.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_that_a_shell_would_cut_are_quoted() {
+        assert_eq!(quoted("seed=7"), "seed=7");
+        assert_eq!(quoted("start.draw={a = 1}"), "'start.draw={a = 1}'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(quoted(""), "''");
+    }
+
+    #[test]
+    fn processes_are_named_as_their_nodes_are() {
+        for name in ["world", "leader", "recorder", "agent-3", "agent-200"] {
+            assert_eq!(part(name).unwrap().node_name(), name);
+        }
+        for name in ["", "agent", "agent-", "agent-0", "agent-x", "launcher"] {
+            assert!(part(name).is_err(), "{name}");
+        }
+    }
+}

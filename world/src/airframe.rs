@@ -1,0 +1,237 @@
+//! One fixed-wing UAV's body: flies what it is told, within what it can.
+//!
+//! Never trusts a command: whatever an agent sends, Eq. (2) holds, and a silent agent's airframe takes care of itself.
+
+use nalgebra::Point2;
+use ringwing_messages::{Command, FlightMode, Tick, UavId};
+use ringwing_scenario::{Failsafe, Pose, Scenario, StartState};
+
+/// Why a command was not taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// A speed or turn rate is not a finite number.
+    #[error("not a finite number")]
+    NotFinite,
+    /// It says that another UAV sent it.
+    #[error("another UAV's command")]
+    NotItsOwn,
+    /// It is not newer than the one before, or older than the airframe waits for.
+    #[error("a stale command")]
+    Stale,
+    /// It answers a tick that has not come yet.
+    #[error("a command from the future")]
+    FromTheFuture,
+    /// The airframe has left the sky.
+    #[error("a command to a UAV that has vanished")]
+    Vanished,
+}
+
+/// An airframe and its state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Airframe {
+    uav: UavId,
+    pose: Pose,
+    speed_m_s: f64,
+    turn_rate_rad_s: f64,
+    mode: FlightMode,
+    newest_command: Tick,
+    abilities: Abilities,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Abilities {
+    speed_min_m_s: f64,
+    speed_max_m_s: f64,
+    turn_rate_max_rad_s: f64,
+    timeout_ticks: i64,
+    failsafe: Failsafe,
+    period_s: f64,
+}
+
+impl Airframe {
+    /// `uav`'s airframe one tick before the flight begins, on its straight way to `start`.
+    pub fn new(scenario: &Scenario, uav: UavId, start: &StartState) -> Self {
+        let limits = &scenario.airframe;
+        let abilities = Abilities {
+            speed_min_m_s: limits.speed_min_m_s,
+            speed_max_m_s: limits.speed_max_m_s,
+            turn_rate_max_rad_s: limits.turn_rate_max_rad_s,
+            timeout_ticks: (limits.command_timeout_s * f64::from(scenario.time.rate_hz)).round() as i64,
+            failsafe: limits.failsafe,
+            period_s: scenario.period_s(),
+        };
+        let start_pose = Pose {
+            position: Point2::from(start.position_m),
+            heading_rad: ringwing_scenario::wrap(start.heading_deg.to_radians()),
+        };
+        Self {
+            uav,
+            pose: start_pose.after(start.speed_m_s, 0.0, -abilities.period_s),
+            speed_m_s: start.speed_m_s,
+            turn_rate_rad_s: 0.0,
+            mode: FlightMode::COMMANDED,
+            newest_command: Tick::APPROACH,
+            abilities,
+        }
+    }
+
+    /// Which UAV it is.
+    pub fn uav(&self) -> UavId {
+        self.uav
+    }
+
+    /// Where it is and where it heads.
+    pub fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// Speed and turn rate over the last tick.
+    pub fn rates(&self) -> (f64, f64) {
+        (self.speed_m_s, self.turn_rate_rad_s)
+    }
+
+    /// Who flies it.
+    pub fn mode(&self) -> FlightMode {
+        self.mode
+    }
+
+    /// Whether it is in the sky.
+    pub fn is_flying(&self) -> bool {
+        self.mode != FlightMode::VANISHED
+    }
+
+    /// Takes a command at `now`, cut to what the airframe can do.
+    pub fn accept(&mut self, command: &Command, now: Tick) -> Result<(), Refusal> {
+        self.check(command, now)?;
+        let Abilities { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s, .. } = self.abilities;
+        self.speed_m_s = command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s);
+        self.turn_rate_rad_s = command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s);
+        self.newest_command = command.tick;
+        self.mode = FlightMode::COMMANDED;
+        Ok(())
+    }
+
+    fn check(&self, command: &Command, now: Tick) -> Result<(), Refusal> {
+        let is_first = command.tick == Tick::APPROACH && now == Tick::APPROACH;
+        let is_newer = command.tick > self.newest_command || is_first;
+        if !self.is_flying() {
+            Err(Refusal::Vanished)
+        } else if command.uav != self.uav {
+            Err(Refusal::NotItsOwn)
+        } else if !(command.speed_m_s.is_finite() && command.turn_rate_rad_s.is_finite()) {
+            Err(Refusal::NotFinite)
+        } else if command.tick > now {
+            Err(Refusal::FromTheFuture)
+        } else if !is_newer || now.since(command.tick) >= self.abilities.timeout_ticks {
+            Err(Refusal::Stale)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Flies from `now` to the next tick; returns whether the failsafe took over.
+    pub fn step(&mut self, now: Tick) -> bool {
+        let silent = now.since(self.newest_command) >= self.abilities.timeout_ticks;
+        let takes_over = silent && self.mode == FlightMode::COMMANDED;
+        if takes_over {
+            self.enter_failsafe();
+        }
+        self.pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, self.abilities.period_s);
+        takes_over
+    }
+
+    fn enter_failsafe(&mut self) {
+        (self.mode, self.speed_m_s, self.turn_rate_rad_s) = match self.abilities.failsafe {
+            Failsafe::Loiter => {
+                (FlightMode::LOITER, self.abilities.speed_min_m_s, self.abilities.turn_rate_max_rad_s / 2.0)
+            }
+            Failsafe::Hold => (FlightMode::HOLD, self.speed_m_s, 0.0),
+            Failsafe::Vanish => (FlightMode::VANISHED, self.speed_m_s, 0.0),
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use ringwing_messages::Terms;
+
+    const START: StartState = StartState { position_m: [-40.0, 7.0], heading_deg: 20.0, speed_m_s: 15.0 };
+
+    fn airframe(failsafe: Failsafe) -> Airframe {
+        let mut scenario = Scenario::default();
+        scenario.airframe.failsafe = failsafe;
+        Airframe::new(&scenario, UavId(3), &START)
+    }
+
+    fn command(tick: i64, speed_m_s: f64, turn_rate_rad_s: f64) -> Command {
+        Command { tick: Tick(tick), speed_m_s, turn_rate_rad_s, uav: UavId(3), reserved: 0, terms: Terms::NONE }
+    }
+
+    #[test]
+    fn it_arrives_at_its_start_when_the_flight_begins() {
+        let mut airframe = airframe(Failsafe::Loiter);
+        airframe.step(Tick::APPROACH);
+        assert!((airframe.pose().position - Point2::from(START.position_m)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn commands_out_of_their_time_or_place_are_refused() {
+        let mut airframe = airframe(Failsafe::Loiter);
+        assert_eq!(airframe.accept(&command(5, 15.0, 0.0), Tick(5)), Ok(()));
+        assert_eq!(airframe.accept(&command(5, 15.0, 0.0), Tick(6)), Err(Refusal::Stale));
+        assert_eq!(airframe.accept(&command(9, 15.0, 0.0), Tick(8)), Err(Refusal::FromTheFuture));
+        assert_eq!(airframe.accept(&command(6, 15.0, 0.0), Tick(56)), Err(Refusal::Stale));
+        assert_eq!(airframe.accept(&command(7, f64::NAN, 0.0), Tick(7)), Err(Refusal::NotFinite));
+        let foreign = Command { uav: UavId(4), ..command(7, 15.0, 0.0) };
+        assert_eq!(airframe.accept(&foreign, Tick(7)), Err(Refusal::NotItsOwn));
+    }
+
+    #[test]
+    fn a_late_command_is_better_than_none() {
+        let mut airframe = airframe(Failsafe::Loiter);
+        assert_eq!(airframe.accept(&command(5, 20.0, 0.1), Tick(8)), Ok(()));
+        assert_eq!(airframe.rates(), (20.0, 0.1));
+    }
+
+    #[test]
+    fn half_a_second_of_silence_and_the_failsafe_flies() {
+        for (failsafe, mode, rates) in [
+            (Failsafe::Loiter, FlightMode::LOITER, (12.0, 0.25)),
+            (Failsafe::Hold, FlightMode::HOLD, (20.0, 0.0)),
+            (Failsafe::Vanish, FlightMode::VANISHED, (20.0, 0.0)),
+        ] {
+            let mut airframe = airframe(failsafe);
+            airframe.accept(&command(10, 20.0, 0.4), Tick(10)).unwrap();
+            let taken_over_at = (10..200).find(|tick| airframe.step(Tick(*tick)));
+            assert_eq!(taken_over_at, Some(60), "0.5 s at 100 Hz");
+            assert_eq!((airframe.mode(), airframe.rates()), (mode, rates));
+        }
+    }
+
+    #[test]
+    fn an_agent_that_speaks_again_flies_again_unless_its_uav_has_vanished() {
+        for (failsafe, answer) in [(Failsafe::Loiter, Ok(())), (Failsafe::Vanish, Err(Refusal::Vanished))] {
+            let mut airframe = airframe(failsafe);
+            for tick in 0..100 {
+                airframe.step(Tick(tick));
+            }
+            assert_eq!(airframe.accept(&command(100, 15.0, 0.0), Tick(100)), answer);
+            assert_eq!(airframe.mode() == FlightMode::COMMANDED, answer.is_ok());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_is_commanded_the_airframe_keeps_its_limits(speed in any::<f64>(), turn_rate in any::<f64>()) {
+            let mut airframe = airframe(Failsafe::Hold);
+            let taken = airframe.accept(&command(0, speed, turn_rate), Tick(0));
+            prop_assert_eq!(taken.is_ok(), speed.is_finite() && turn_rate.is_finite());
+            airframe.step(Tick(0));
+            let (speed, turn_rate) = airframe.rates();
+            prop_assert!((12.0..=25.0).contains(&speed) && turn_rate.abs() <= 0.5);
+            prop_assert!(airframe.pose().position.coords.norm() < 100.0);
+        }
+    }
+}

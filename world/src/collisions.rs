@@ -1,0 +1,132 @@
+//! What has run into what.
+
+use crate::Airframe;
+use ringwing_messages::UavId;
+use ringwing_scenario::Obstacle;
+use std::collections::BTreeSet;
+
+/// Something that a UAV can run into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Other {
+    /// Another UAV, of a higher number.
+    Uav(UavId),
+    /// The obstacle at this place of the scenario's list.
+    Obstacle(usize),
+}
+
+/// Finds collisions, each once, when it begins.
+#[derive(Debug, Clone)]
+pub(crate) struct Collisions {
+    distance_m: f64,
+    obstacles: Vec<Obstacle>,
+    touching: BTreeSet<(UavId, Other)>,
+    /// Indices of the airframes, sorted by x when last looked at: nearly so still.
+    by_x: Vec<usize>,
+}
+
+impl Collisions {
+    pub(crate) fn new(distance_m: f64, obstacles: &[Obstacle], uavs: usize) -> Self {
+        Self {
+            distance_m,
+            obstacles: obstacles.to_vec(),
+            touching: BTreeSet::new(),
+            by_x: (0..uavs).collect(),
+        }
+    }
+
+    /// The collisions that began since the last call.
+    pub(crate) fn begun(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Other)> {
+        let touching: BTreeSet<_> = self.pairs(airframes).into_iter().chain(self.crashes(airframes)).collect();
+        let begun = touching.difference(&self.touching).copied().collect();
+        self.touching = touching;
+        begun
+    }
+
+    /// UAVs inside an obstacle: d <= `R_obs`.
+    fn crashes(&self, airframes: &[Airframe]) -> Vec<(UavId, Other)> {
+        let mut found = Vec::new();
+        for (index, obstacle) in self.obstacles.iter().enumerate() {
+            let inside = |airframe: &&Airframe| {
+                let centre = nalgebra::Point2::from(obstacle.position_m);
+                airframe.is_flying() && (airframe.pose().position - centre).norm() <= obstacle.radius_m
+            };
+            found.extend(airframes.iter().filter(inside).map(|one| (one.uav(), Other::Obstacle(index))));
+        }
+        found
+    }
+
+    /// Pairs of UAVs closer than the collision distance: only those close in x can be.
+    fn pairs(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Other)> {
+        let x = |index: usize| airframes[index].pose().position.x;
+        self.by_x.sort_by(|a, b| x(*a).total_cmp(&x(*b)));
+        let mut found = Vec::new();
+        for (place, &a) in self.by_x.iter().enumerate() {
+            let near = self.by_x[place + 1..].iter().take_while(|b| x(**b) - x(a) < self.distance_m);
+            for &b in near.filter(|b| self.collide(&airframes[a], &airframes[**b])) {
+                let (one, other) = (airframes[a].uav(), airframes[b].uav());
+                found.push((one.min(other), Other::Uav(one.max(other))));
+            }
+        }
+        found
+    }
+
+    fn collide(&self, a: &Airframe, b: &Airframe) -> bool {
+        let distance_m = (a.pose().position - b.pose().position).norm();
+        a.is_flying() && b.is_flying() && distance_m < self.distance_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ringwing_messages::Tick;
+    use ringwing_scenario::{Scenario, StartState};
+
+    fn airframes(places: &[[f64; 2]]) -> Vec<Airframe> {
+        let at = |(index, place): (usize, &[f64; 2])| {
+            let start = StartState { position_m: *place, heading_deg: 0.0, speed_m_s: 15.0 };
+            let mut airframe = Airframe::new(&Scenario::default(), UavId(index as u32 + 1), &start);
+            airframe.step(Tick::APPROACH);
+            airframe
+        };
+        places.iter().enumerate().map(at).collect()
+    }
+
+    #[test]
+    fn uavs_that_are_close_collide_once() {
+        let mut collisions = Collisions::new(2.0, &[], 4);
+        let flying = airframes(&[[0.0, 0.0], [100.0, 0.0], [1.5, 0.5], [0.0, 50.0]]);
+        assert_eq!(collisions.begun(&flying), [(UavId(1), Other::Uav(UavId(3)))]);
+        assert_eq!(collisions.begun(&flying), []);
+        let apart = airframes(&[[0.0, 0.0], [100.0, 0.0], [5.0, 0.5], [0.0, 50.0]]);
+        assert_eq!(collisions.begun(&apart), []);
+        assert_eq!(collisions.begun(&flying).len(), 1, "met again");
+    }
+
+    #[test]
+    fn an_obstacle_is_hit_at_its_edge() {
+        let obstacle =
+            Obstacle { name: "mast".into(), position_m: [0.0, 0.0], radius_m: 10.0, braking_distance_m: 20.0 };
+        let mut collisions = Collisions::new(2.0, &[obstacle], 2);
+        let flying = airframes(&[[0.0, 9.999], [0.0, -10.001]]);
+        assert_eq!(collisions.begun(&flying), [(UavId(1), Other::Obstacle(0))]);
+    }
+
+    #[test]
+    fn every_pair_is_found_that_a_full_search_finds() {
+        let places: Vec<[f64; 2]> =
+            (0..60).map(|i| [f64::from(i * 37 % 41) * 1.3, f64::from(i * 17 % 23) * 1.1]).collect();
+        let flying = airframes(&places);
+        let mut expected = BTreeSet::new();
+        for a in &flying {
+            for b in flying.iter().filter(|b| b.uav() > a.uav()) {
+                if (a.pose().position - b.pose().position).norm() < 2.0 {
+                    expected.insert((a.uav(), Other::Uav(b.uav())));
+                }
+            }
+        }
+        assert!(expected.len() > 10);
+        let found: BTreeSet<_> = Collisions::new(2.0, &[], 60).begun(&flying).into_iter().collect();
+        assert_eq!(found, expected);
+    }
+}

@@ -1,0 +1,305 @@
+//! The process that keeps time and integrates the airframes.
+
+use crate::{Sky, answers::Answers, ports::Ports, schedule::Schedule, sky::Happening, tally::Tally};
+use ringwing_messages::{
+    BusError, Collision, DomainId, Event, Gate, Level, Member, Part, Stamps, Tick, UavId, channel,
+    gate::Patience,
+    monotonic_ns, report,
+};
+use ringwing_scenario::{Scenario, ScenarioError, start};
+use rustix::{
+    thread::{ClockId, clock_nanosleep_absolute},
+    time::Timespec,
+};
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
+
+/// Which run to be the world of.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The run's domain, as `ringwing run` prints it.
+    #[arg(long)]
+    pub domain: DomainId,
+    /// Process id of the launcher to end with.
+    #[arg(long, hide = true)]
+    pub launcher: Option<u32>,
+}
+
+/// Why there can be no world.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldError {
+    /// The rest of the run cannot be reached.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The run's scenario is not readable.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+/// Ticks that the recorder may lag behind in lockstep; half of what it can hold.
+const RECORDER_LAG: i64 = channel::RECORDER_DEPTH.cast_signed() as i64 / 2;
+/// How long the world sleeps before it looks for itself at what it waits for.
+const LOOK_AGAIN: Duration = Duration::from_millis(2);
+
+/// Integrates the run until its last tick, or until it is asked to stop.
+pub fn run(args: &Args) -> Result<(), WorldError> {
+    let member = Member::join(&args.domain, Part::World, args.launcher)?;
+    let scenario = Scenario::resolved(&member.domain().scenario()?)?;
+    let sky = Sky::new(&scenario, &start::places(&scenario)?);
+    let ports = Ports::open(&member, scenario.formation.uavs)?;
+    let gate = member.attend()?;
+    let mut world = World::new(&member, gate, ports, sky, &scenario);
+    if world.wait_for_roster()? {
+        world.fly()?;
+    }
+    member.domain().leave_report(report::WORLD, &world.report())?;
+    world.gate.close();
+    world.wait_for_recorder();
+    Ok(())
+}
+
+struct World<'a> {
+    member: &'a Member,
+    gate: Gate,
+    ports: Ports,
+    sky: Sky,
+    answers: Answers,
+    tally: Tally,
+    patience: Patience,
+    /// The deadlines, in real time.
+    schedule: Option<Schedule>,
+    rate_hz: u32,
+    last_tick: Tick,
+    answer_timeout: Duration,
+    hold_timeout: Duration,
+    /// The recorder was given up waiting for when it had recorded this.
+    stuck_at: Option<Tick>,
+    failed_connections: u64,
+}
+
+impl<'a> World<'a> {
+    fn new(member: &'a Member, gate: Gate, ports: Ports, sky: Sky, scenario: &Scenario) -> Self {
+        let rate_hz = scenario.time.rate_hz;
+        let real_time = scenario.time.real_time;
+        Self {
+            member,
+            gate,
+            ports,
+            sky,
+            answers: Answers::new(scenario.formation.uavs),
+            tally: Tally::new(),
+            patience: if real_time { Patience::calm() } else { Patience::eager() },
+            schedule: real_time.then(|| Schedule::new(rate_hz, monotonic_ns())),
+            rate_hz,
+            last_tick: Tick(scenario.last_tick()),
+            answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
+            hold_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s) * 2,
+            stuck_at: None,
+            failed_connections: 0,
+        }
+    }
+
+    /// Waits for the launcher to say who flies; false when asked to stop before.
+    fn wait_for_roster(&mut self) -> Result<bool, BusError> {
+        while self.answers.roster().revision == 0 {
+            if self.is_stopped() {
+                return Ok(false);
+            }
+            self.gate.wait_for_nudge(LOOK_AGAIN);
+            self.refresh_roster()?;
+        }
+        self.schedule = self.schedule.as_ref().map(|_| Schedule::new(self.rate_hz, monotonic_ns()));
+        Ok(true)
+    }
+
+    fn fly(&mut self) -> Result<(), BusError> {
+        loop {
+            if self.schedule.is_none() {
+                self.hold()?;
+            }
+            self.open_tick()?;
+            if self.schedule.is_some() { self.wait_for_deadline()? } else { self.wait_for_answers()? }
+            self.finish_tick()?;
+            if self.sky.now() >= self.last_tick || self.is_stopped() {
+                return Ok(());
+            }
+            for happening in self.sky.step() {
+                self.tell(&happening)?;
+            }
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.gate.stop_requested() || self.member.stop().is_set()
+    }
+
+    /// Lets no time pass while a lost process is replaced, or while the recorder lags; for a bounded time.
+    fn hold(&mut self) -> Result<(), BusError> {
+        let since = Instant::now();
+        while (self.answers.roster().hold && since.elapsed() < self.hold_timeout) || self.recorder_lags() {
+            if self.is_stopped() {
+                break;
+            }
+            if self.recorder_lags() && since.elapsed() > self.answer_timeout {
+                self.stuck_at = Some(self.gate.recorded());
+                self.event(Level::Warning, "recorder.silent", "the recorder does not fetch what there is; flying on")?;
+            }
+            self.gate.wait_for_nudge(LOOK_AGAIN);
+            self.refresh_roster()?;
+        }
+        Ok(())
+    }
+
+    fn recorder_lags(&self) -> bool {
+        let recorded = self.gate.recorded();
+        self.answers.roster().recorder
+            && self.sky.now().since(recorded) > RECORDER_LAG
+            && self.stuck_at != Some(recorded)
+    }
+
+    /// Tells every UAV what it senses, then opens the tick for all.
+    fn open_tick(&mut self) -> Result<(), BusError> {
+        let opened_ns = monotonic_ns();
+        let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns };
+        for (uav, port) in UavId::all(self.ports.sensed.len() as u32).zip(&self.ports.sensed) {
+            if let Some(sensed) = self.sky.senses(uav) {
+                self.tally.hash_sensed(&sensed);
+                port.send(sensed, stamps)?;
+            }
+        }
+        self.refresh_roster()?;
+        let (now, airframes) = (self.sky.now(), self.sky.airframes());
+        self.answers.begin(now, opened_ns, |uav| airframes[uav.index()].is_flying());
+        self.gate.open_tick(now, self.answers.expected());
+        Ok(())
+    }
+
+    /// In lockstep: waits until everybody has answered who can be expected to.
+    fn wait_for_answers(&mut self) -> Result<(), BusError> {
+        let since = Instant::now();
+        loop {
+            self.gate.wait_for_answers(&mut self.patience, LOOK_AGAIN);
+            self.collect()?;
+            if self.answers.missing().next().is_none() {
+                return Ok(());
+            }
+            self.refresh_roster()?;
+            if since.elapsed() > self.answer_timeout || self.is_stopped() {
+                return self.give_up();
+            }
+            // Somebody's answer was counted who is not waited for; the count no longer tells when to look.
+            if self.gate.is_answered() {
+                thread::sleep(Duration::from_micros(50));
+            }
+        }
+    }
+
+    fn give_up(&mut self) -> Result<(), BusError> {
+        if self.is_stopped() {
+            return Ok(());
+        }
+        self.tally.unanswered_ticks += 1;
+        for part in self.answers.give_up() {
+            let text = format!("{part} has not answered for {:.1} s; flying on", self.answer_timeout.as_secs_f64());
+            self.event(Level::Warning, "process.silent", &text)?;
+        }
+        Ok(())
+    }
+
+    /// In real time: waits for the deadline, whoever has answered.
+    fn wait_for_deadline(&mut self) -> Result<(), BusError> {
+        let due_ns = self.schedule.as_ref().map_or(0, Schedule::due_ns);
+        let due_at = Duration::from_nanos(due_ns);
+        let due = Timespec {
+            tv_sec: due_at.as_secs().cast_signed(),
+            tv_nsec: i64::from(due_at.subsec_nanos()),
+        };
+        while monotonic_ns() < due_ns && !self.is_stopped() {
+            // A signal ends the sleep early; then the loop looks why.
+            let _ = clock_nanosleep_absolute(ClockId::Monotonic, &due);
+        }
+        self.collect()
+    }
+
+    /// Takes in what has come: of each UAV the newest command.
+    fn collect(&mut self) -> Result<(), BusError> {
+        for (uav, port) in UavId::all(self.ports.commands.len() as u32).zip(&self.ports.commands) {
+            let mut newest = None;
+            port.drain(|command, stamps| newest = Some((*command, *stamps)))?;
+            let Some((command, stamps)) = newest else { continue };
+            match self.sky.accept(uav, &command) {
+                Ok(()) => self.answers.note(&command, &stamps, monotonic_ns()),
+                Err(_) => self.tally.refused_commands += 1,
+            }
+        }
+        let answers = &mut self.answers;
+        self.ports.leader.drain(|state, _| answers.note_leader(state.tick))
+    }
+
+    fn refresh_roster(&mut self) -> Result<(), BusError> {
+        let answers = &mut self.answers;
+        self.ports.roster.drain(|roster, _| answers.set_roster(roster))
+    }
+
+    /// Counts the tick, and says how long it took.
+    fn finish_tick(&mut self) -> Result<(), BusError> {
+        let mut timing = self.answers.timing();
+        if let Some(schedule) = &mut self.schedule {
+            let lateness = schedule.meet(monotonic_ns());
+            (timing.late_ns, timing.missed_deadlines) = (lateness.late_ns, lateness.missed_deadlines);
+        }
+        self.tally.add_tick(self.answers.commands(), &timing);
+        self.ports.timing.send(timing, Stamps::now())?;
+        self.watch_connections()
+    }
+
+    fn watch_connections(&mut self) -> Result<(), BusError> {
+        let failed = channel::failed_connections();
+        if failed == self.failed_connections {
+            return Ok(());
+        }
+        self.failed_connections = failed;
+        let text = format!("{failed} connections of the world failed; is `ulimit -n` large enough?");
+        self.event(Level::Error, "ipc.connection", &text)
+    }
+
+    fn tell(&mut self, happening: &Happening) -> Result<(), BusError> {
+        match happening {
+            Happening::Failsafe { uav } => {
+                self.tally.failsafes += 1;
+                let mode = self.sky.airframes()[uav.index()].mode().name();
+                self.event(Level::Warning, "failsafe", &format!("{uav} flies without its agent: {mode}"))
+            }
+            Happening::Collision { uav, with, position_m: [x, y] } => {
+                let time_s = self.sky.now().seconds(self.rate_hz);
+                let (with, position_m) = (with.clone(), [*x, *y]);
+                let text = format!("{uav} and {with} at ({x:.1}, {y:.1}) m");
+                self.tally.collisions.push(Collision { time_s, uav: uav.0, with, position_m });
+                self.event(Level::Error, "collision", &text)
+            }
+        }
+    }
+
+    fn event(&self, level: Level, name: &str, text: &str) -> Result<(), BusError> {
+        self.ports.events.send(Event::new(self.sky.now(), level, name, text), Stamps::now())
+    }
+
+    fn report(&self) -> ringwing_messages::WorldReport {
+        let now = self.sky.now();
+        self.tally.report(now.0, now >= self.last_tick)
+    }
+
+    /// Stays until the recorder has fetched the last tick: what a sender leaves behind may leave with it.
+    fn wait_for_recorder(&mut self) {
+        let since = Instant::now();
+        while self.answers.roster().recorder && self.gate.recorded() < self.sky.now() {
+            let gone = self.refresh_roster().is_err() || self.member.stop().is_set();
+            if gone || since.elapsed() > self.answer_timeout {
+                return;
+            }
+            self.gate.wait_for_nudge(LOOK_AGAIN);
+        }
+    }
+}
