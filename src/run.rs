@@ -16,11 +16,12 @@ const VIOLATED: u8 = 3;
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(crate) struct Args {
     /// A preset's name (see `ringwing scenario list`) or a scenario file
     #[arg(default_value = DEFAULT_SCENARIO)]
     scenario: String,
-    /// Override a key of the scenario, such as control.dead_reckoning=off or obstacles.0.radius_m=15
+    /// Override a key of the scenario, such as `control.dead_reckoning=off` or `obstacles.0.radius_m=15`
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
     /// Seed of every random draw
@@ -103,7 +104,8 @@ fn settings(args: &Args) -> Vec<Setting> {
     let mut settings = args.settings.clone();
     settings.extend(args.seed.map(|seed| Setting::of_flag("--seed", "seed", seed)));
     settings.extend(args.uavs.map(|uavs| Setting::of_flag("--uavs", "formation.uavs", uavs)));
-    settings.extend(args.duration.map(|s| Setting::of_flag("--duration", "time.duration_s", format!("{s:?}"))));
+    settings
+        .extend(args.duration.map(|s| Setting::of_flag("--duration", "time.duration_s", format!("{s:?}"))));
     settings.extend(args.real_time.then(|| Setting::of_flag("--real-time", "time.real_time", true)));
     settings
 }
@@ -123,7 +125,7 @@ fn command(args: &Args, seed: u64) -> String {
     words.extend(["--seed".into(), seed.to_string()]);
     words.extend(args.uavs.iter().flat_map(|uavs| ["--uavs".into(), uavs.to_string()]));
     words.extend(args.duration.iter().flat_map(|seconds| ["--duration".into(), seconds.to_string()]));
-    if args.out != PathBuf::from(DEFAULT_OUT) {
+    if args.out != *DEFAULT_OUT {
         words.extend(["--out".into(), args.out.display().to_string()]);
     }
     for (given, flag) in [

@@ -33,7 +33,10 @@ pub(crate) fn run(verb: &Verb) -> anyhow::Result<ExitCode> {
             let source = Source::find(scenario)?;
             let scenario = Scenario::read(&source, &[])?;
             start::places(&scenario)?;
-            println!("{}: {} UAVs, {} s: nothing wrong", source.name, scenario.formation.uavs, scenario.time.duration_s);
+            println!(
+                "{}: {} UAVs, {} s: nothing wrong",
+                source.name, scenario.formation.uavs, scenario.time.duration_s
+            );
         }
     }
     Ok(ExitCode::SUCCESS)

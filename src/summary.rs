@@ -154,7 +154,7 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mode = if self.real_time { "real time" } else { "lockstep" };
         let Self { scenario, uavs, rate_hz, seed, .. } = self;
-        writeln!(f, "{scenario}: {uavs} UAVs, {:?} law, {rate_hz} Hz, {mode}, seed {seed}\n", self.law)?;
+        writeln!(f, "{scenario}: {uavs} UAVs, {} law, {rate_hz} Hz, {mode}, seed {seed}\n", self.law.name())?;
         if let Some(flight) = &self.flight {
             write_uavs(f, flight)?;
             write_formation(f, flight)?;
@@ -182,7 +182,8 @@ fn write_uavs(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result
     }
     writeln!(f, "  at the end   slot error   to previous       to next     to leader")?;
     for uav in &flight.uavs {
-        let distances = [uav.slot_error_m, uav.previous_distance_m, uav.next_distance_m, uav.leader_distance_m];
+        let distances =
+            [uav.slot_error_m, uav.previous_distance_m, uav.next_distance_m, uav.leader_distance_m];
         let [slot, previous, next, leader] = distances.map(metres);
         let state = if uav.commanded { "" } else { "   in its failsafe" };
         writeln!(f, "  uav {:<6} {slot:>12} {previous:>13} {next:>13} {leader:>13}{state}", uav.uav)?;
@@ -191,7 +192,8 @@ fn write_uavs(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result
 }
 
 fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    let settling = flight.settling_s.map_or_else(|| "never".into(), |settling_s| format!("{settling_s:.2} s"));
+    let settling =
+        flight.settling_s.map_or_else(|| "never".into(), |settling_s| format!("{settling_s:.2} s"));
     line(f, "settled within 1 m of every slot", &settling, "")?;
     line(f, "largest slot error at the end", &metres(flight.slot_error_max_m), "")?;
     line(f, "distances to L, largest error", &metres(flight.neighbour_error_max_m), "at the end")?;
@@ -215,8 +217,10 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
 }
 
 fn write_saturation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    let percent = |share: Option<f64>| share.map_or_else(|| "-".into(), |share| format!("{:.1} %", 100.0 * share));
-    let (speed, turn_rate) = (percent(flight.speed_saturated_share), percent(flight.turn_rate_saturated_share));
+    let percent =
+        |share: Option<f64>| share.map_or_else(|| "-".into(), |share| format!("{:.1} %", 100.0 * share));
+    let (speed, turn_rate) =
+        (percent(flight.speed_saturated_share), percent(flight.turn_rate_saturated_share));
     line(f, "commands cut to the limits", &speed, &format!("of speeds, {turn_rate} of turn rates"))
 }
 
@@ -227,14 +231,20 @@ impl Summary {
             let tail = format!("p99 {p99_us:.0} us, max {max_us:.0} us");
             line(f, "latency of a tick, all answers", &format!("p50 {p50_us:.0} us"), &tail)?;
         }
-        if let (true, Some(missed), Some(late_us)) = (self.real_time, self.missed_deadlines, self.late_max_us) {
+        if let (true, Some(missed), Some(late_us)) = (self.real_time, self.missed_deadlines, self.late_max_us)
+        {
             let reused = self.reused_commands.unwrap_or_default();
             let more = format!("latest {late_us:.0} us, {reused} commands used again");
             line(f, "missed deadlines", &missed.to_string(), &more)?;
         }
         let factor = self.real_time_factor.map_or_else(|| "-".into(), |factor| format!("{factor:.0}x"));
         let (flown, wall, start) = (self.simulated_s, self.wall_s, self.start_s);
-        line(f, "real-time factor", &factor, &format!("{flown:.1} s in {wall:.2} s, after a start of {start:.2} s"))
+        line(
+            f,
+            "real-time factor",
+            &factor,
+            &format!("{flown:.1} s in {wall:.2} s, after a start of {start:.2} s"),
+        )
     }
 
     fn write_verdict(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

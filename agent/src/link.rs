@@ -22,7 +22,13 @@ pub struct Track {
 
 impl Track {
     /// `None` where a number is not finite: no sender of ours sends such.
-    fn new(tick: Tick, position_m: [f64; 2], heading_rad: f64, speed_m_s: f64, turn_rate_rad_s: f64) -> Option<Self> {
+    fn new(
+        tick: Tick,
+        position_m: [f64; 2],
+        heading_rad: f64,
+        speed_m_s: f64,
+        turn_rate_rad_s: f64,
+    ) -> Option<Self> {
         let [x, y] = position_m;
         let finite = [x, y, heading_rad, speed_m_s, turn_rate_rad_s].iter().all(|number| number.is_finite());
         let pose = Pose { position: Point2::new(x, y), heading_rad };

@@ -48,7 +48,8 @@ impl Pilot {
     /// If the scenario's airframe limits are none: validation refuses them.
     pub fn new(scenario: &Scenario, uav: UavId) -> Self {
         let airframe = &scenario.airframe;
-        let limits = Limits::new(airframe.speed_min_m_s, airframe.speed_max_m_s, airframe.turn_rate_max_rad_s);
+        let limits =
+            Limits::new(airframe.speed_min_m_s, airframe.speed_max_m_s, airframe.turn_rate_max_rad_s);
         let control = &scenario.control;
         let formation = scenario.formation();
         Self {

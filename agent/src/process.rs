@@ -2,10 +2,8 @@
 
 use crate::Pilot;
 use ringwing_messages::{
-    BusError, Command, DomainId, LeaderState, Member, Part, Publisher, Sensed, Stamps, Subscriber, UavId, UavState,
-    Wait, channel,
-    gate::Patience,
-    monotonic_ns,
+    BusError, Command, DomainId, LeaderState, Member, Part, Publisher, Sensed, Stamps, Subscriber, UavId,
+    UavState, Wait, channel, gate::Patience, monotonic_ns,
 };
 use ringwing_scenario::{Scenario, ScenarioError};
 

@@ -3,8 +3,8 @@
 use nalgebra::Point2;
 use proptest::prelude::*;
 use ringwing_agent::law::{
-    Bond, Control, Field, Flyer, Limits, formation_control, lyapunov_candidate, lyapunov_rate, potential_forces,
-    saturated_control, speed_force,
+    Bond, Control, Field, Flyer, Limits, formation_control, lyapunov_candidate, lyapunov_rate,
+    potential_forces, saturated_control, speed_force,
 };
 use ringwing_scenario::{Formation, Pose, wrap};
 use std::f64::consts::PI;
@@ -96,7 +96,13 @@ fn the_standard_formation_is_at_rest() {
 #[test]
 fn the_limits_do_not_keep_the_swarm_from_its_formation() {
     let places: Vec<(f64, f64, f64)> = (0..6)
-        .map(|i| (f64::from(i * 17 % 11) * 6.0 - 30.0, f64::from(i * 7 % 5) * 9.0 - 18.0, f64::from(i) * 0.15 - 0.4))
+        .map(|i| {
+            (
+                f64::from(i * 17 % 11) * 6.0 - 30.0,
+                f64::from(i * 7 % 5) * 9.0 - 18.0,
+                f64::from(i) * 0.15 - 0.4,
+            )
+        })
         .collect();
     let mut swarm = disturbed(6, &places);
     swarm.limits = Some(Limits::new(12.0, 25.0, 0.5).unwrap());

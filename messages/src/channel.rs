@@ -3,7 +3,8 @@
 //! Senders never wait for readers: the oldest sample of a reader that lags is replaced, and the gap shows in the ticks.
 
 use crate::{
-    BusError, Command, Event, FormationError, LeaderState, Roster, Sensed, Stamps, TickTiming, UavId, UavState,
+    BusError, Command, Event, FormationError, LeaderState, Roster, Sensed, Stamps, TickTiming, UavId,
+    UavState,
 };
 use iceoryx2::{
     node::Node,
@@ -165,7 +166,8 @@ impl<T: Debug + ZeroCopySend + 'static> Channel<T> {
     /// Takes the sending end.
     pub fn publisher(&self, node: &Node<ipc::Service>) -> Result<Publisher<T>, BusError> {
         let factory = self.open(node)?;
-        let refused = |error| BusError::ipc(format!("service {}: no place for another publisher", self.name), error);
+        let refused =
+            |error| BusError::ipc(format!("service {}: no place for another publisher", self.name), error);
         let port = factory.publisher_builder().set_degradation_handler(|_, _| count_failure()).create();
         Ok(Publisher { port: port.map_err(refused)?, name: self.name.clone() })
     }
@@ -173,7 +175,8 @@ impl<T: Debug + ZeroCopySend + 'static> Channel<T> {
     /// Takes a receiving end that keeps the newest `depth` samples.
     pub fn subscriber(&self, node: &Node<ipc::Service>, depth: usize) -> Result<Subscriber<T>, BusError> {
         let factory = self.open(node)?;
-        let refused = |error| BusError::ipc(format!("service {}: no place for another subscriber", self.name), error);
+        let refused =
+            |error| BusError::ipc(format!("service {}: no place for another subscriber", self.name), error);
         let port = factory
             .subscriber_builder()
             .buffer_size(depth.min(self.depth))
@@ -210,7 +213,8 @@ pub struct Publisher<T: Debug + ZeroCopySend + 'static> {
 impl<T: Debug + ZeroCopySend + 'static> Publisher<T> {
     /// Sends `message` to everybody who listens; waits for nobody.
     pub fn send(&self, message: T, stamps: Stamps) -> Result<(), BusError> {
-        let failed = |error: &dyn Debug| BusError::ipc(format!("service {}: cannot be sent to", self.name), error);
+        let failed =
+            |error: &dyn Debug| BusError::ipc(format!("service {}: cannot be sent to", self.name), error);
         let mut sample = self.port.loan_uninit().map_err(|error| failed(&error))?;
         *sample.user_header_mut() = stamps;
         sample.write_payload(message).send().map_err(|error| failed(&error))?;

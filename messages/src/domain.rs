@@ -29,8 +29,10 @@ impl DomainId {
     /// A name that no other run of this moment has; it has no influence on the flight.
     fn fresh() -> Self {
         const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
-        let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64);
-        let mut number = nanoseconds.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(std::process::id()).rotate_left(40);
+        let nanoseconds =
+            SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64);
+        let mut number =
+            nanoseconds.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(std::process::id()).rotate_left(40);
         let digit = |_| {
             let digit = DIGITS[(number % 36) as usize];
             number /= 36;
@@ -62,11 +64,14 @@ impl FromStr for DomainId {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let valid = text.len() == ID_LENGTH && text.bytes().all(|b| b.is_ascii_digit() || b.is_ascii_lowercase());
+        let valid =
+            text.len() == ID_LENGTH && text.bytes().all(|b| b.is_ascii_digit() || b.is_ascii_lowercase());
         if valid {
             Ok(Self(text.to_owned()))
         } else {
-            Err(format!("a domain's name has {ID_LENGTH} lower-case letters and digits; `ringwing run` prints it"))
+            Err(format!(
+                "a domain's name has {ID_LENGTH} lower-case letters and digits; `ringwing run` prints it"
+            ))
         }
     }
 }
@@ -120,7 +125,10 @@ impl Domain {
         if id.root().is_dir() {
             Ok(Self { id: id.clone() })
         } else {
-            Err(BusError::Domain { id: id.to_string(), problem: "no run with this domain is going on".into() })
+            Err(BusError::Domain {
+                id: id.to_string(),
+                problem: "no run with this domain is going on".into(),
+            })
         }
     }
 
@@ -156,7 +164,8 @@ impl Domain {
     pub fn leave_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
         let path = self.root().join(format!("{name}.json"));
         let draft = path.with_extension("draft");
-        let text = serde_json::to_vec(report).map_err(|source| BusError::Report { path: path.clone(), source })?;
+        let text =
+            serde_json::to_vec(report).map_err(|source| BusError::Report { path: path.clone(), source })?;
         fs::write(&draft, text).map_err(BusError::file(&draft))?;
         fs::rename(&draft, &path).map_err(BusError::file(path))
     }
@@ -232,7 +241,8 @@ pub fn remove_abandoned() -> Vec<DomainId> {
     ids.sort();
     ids.dedup();
     ids.retain(|id| {
-        let Ok(lock) = fs::OpenOptions::new().write(true).create(true).truncate(false).open(id.lock_path()) else {
+        let Ok(lock) = fs::OpenOptions::new().write(true).create(true).truncate(false).open(id.lock_path())
+        else {
             return false;
         };
         let abandoned = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok();

@@ -251,7 +251,10 @@ impl Gate {
 }
 
 fn round_of(tick: Tick) -> u32 {
-    u32::try_from(tick.0 + 2).ok().filter(|round| *round != CLOSED).expect("a run has fewer than 2^32 - 3 ticks")
+    u32::try_from(tick.0 + 2)
+        .ok()
+        .filter(|round| *round != CLOSED)
+        .expect("a run has fewer than 2^32 - 3 ticks")
 }
 
 fn tick_of(round: u32) -> Tick {
@@ -320,7 +323,8 @@ impl Patience {
     }
 
     fn is_time_to_retry(&mut self) -> bool {
-        self.waits_until_retry = self.waits_until_retry.saturating_sub(u32::from(self.waits_until_retry < u32::MAX));
+        self.waits_until_retry =
+            self.waits_until_retry.saturating_sub(u32::from(self.waits_until_retry < u32::MAX));
         if self.waits_until_retry == 0 {
             *self = Self::eager();
         }

@@ -5,7 +5,9 @@ use iceoryx2::{
     node::{Node, NodeBuilder},
     prelude::{LogLevel, NodeName, SignalHandlingMode, ipc, set_log_level_from_env_or},
 };
-use rustix::process::{Pid, Resource, Rlimit, Signal, getppid, getrlimit, set_parent_process_death_signal, setrlimit};
+use rustix::process::{
+    Pid, Resource, Rlimit, Signal, getppid, getrlimit, set_parent_process_death_signal, setrlimit,
+};
 use std::{
     io,
     sync::{
@@ -102,14 +104,18 @@ pub fn is_running(process: u32) -> bool {
 
 fn raise_open_files_limit() -> Result<(), BusError> {
     let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
-    setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum })
-        .map_err(|errno| BusError::System { what: "cannot raise the limit of open files", source: errno.into() })
+    setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum }).map_err(|errno| BusError::System {
+        what: "cannot raise the limit of open files",
+        source: errno.into(),
+    })
 }
 
 /// Lets the kernel kill this process when its launcher ends, however that ends: also when this process is stopped.
 fn die_with(launcher: u32) -> Result<(), BusError> {
-    set_parent_process_death_signal(Some(Signal::KILL))
-        .map_err(|errno| BusError::System { what: "cannot tie this process to its launcher", source: errno.into() })?;
+    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|errno| BusError::System {
+        what: "cannot tie this process to its launcher",
+        source: errno.into(),
+    })?;
     let parent = getppid().map(Pid::as_raw_nonzero).map(|pid| pid.get().cast_unsigned());
     if parent == Some(launcher) {
         return Ok(());

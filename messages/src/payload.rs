@@ -220,7 +220,7 @@ pub struct Command {
 pub struct TickTiming {
     /// The tick.
     pub tick: i64,
-    /// From the opening of the tick to the last answer.
+    /// From the opening of the tick to the moment the last answer was handed over.
     pub round_trip_ns: u64,
     /// From the opening to the moment the last agent saw it.
     pub wake_ns: u64,

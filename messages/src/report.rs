@@ -30,7 +30,7 @@ pub struct WorldReport {
     pub unanswered_ticks: u64,
     /// The latest a tick was opened after its deadline; 0 in lockstep.
     pub late_max_us: f64,
-    /// From the opening of a tick to the last answer; `None` if no tick was flown.
+    /// From the opening of a tick to its last answer; `None` if none came.
     pub latency: Option<Latency>,
 }
 

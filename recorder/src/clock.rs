@@ -52,7 +52,8 @@ impl Clock {
     }
 
     fn elapsed_ns(self, tick: i64) -> u64 {
-        let elapsed = u128::from(tick.max(0).cast_unsigned()) * u128::from(NANOSECONDS) / u128::from(self.rate_hz);
+        let elapsed =
+            u128::from(tick.max(0).cast_unsigned()) * u128::from(NANOSECONDS) / u128::from(self.rate_hz);
         elapsed as u64
     }
 }

@@ -138,7 +138,8 @@ impl Assembly {
         let oldest = self.ticks.first_entry().filter(|entry| *entry.key() < end)?;
         let mut samples = oldest.remove();
         self.next = samples.tick + 1;
-        let absent = |(flown, newest): (&Option<Flown>, &Option<i64>)| flown.is_none() && *newest > Some(samples.tick);
+        let absent =
+            |(flown, newest): (&Option<Flown>, &Option<i64>)| flown.is_none() && *newest > Some(samples.tick);
         samples.torn = samples.flown.iter().zip(&self.newest_flown).any(absent);
         Some(samples)
     }
@@ -215,7 +216,8 @@ impl Frame {
         self.uavs.clear();
         self.uavs.extend(UavId::all(ring.count()).map(|uav| UavFrame {
             state: state_of(uav, samples, ring),
-            control: samples.commands[uav.index()].map(|command| UavControl::of(uav.0, &command, ring.rate_hz)),
+            control:
+                samples.commands[uav.index()].map(|command| UavControl::of(uav.0, &command, ring.rate_hz)),
         }));
     }
 }
@@ -273,7 +275,9 @@ mod tests {
         let mut assembly = Assembly::new(3, 0);
         let flights: [&[i64]; 3] = [&[0, 1, 2, 3], &[0, 2, 3], &[0, 1]];
         for (uav, ticks) in UavId::all(3).zip(flights) {
-            ticks.iter().for_each(|tick| assembly.put_sensed(uav, &testing::sensed(*tick, uav.0, [0.0, 0.0])));
+            for tick in ticks {
+                assembly.put_sensed(uav, &testing::sensed(*tick, uav.0, [0.0, 0.0]));
+            }
         }
         // UAV 2 was overwritten in tick 1; UAV 3 has left the sky after it.
         assert_eq!(ticks_before(&mut assembly, 9), [(0, false), (1, true), (2, false), (3, false)]);

@@ -64,16 +64,19 @@ impl Gaps {
 mod tests {
     use super::*;
 
-    fn gap(first_tick: i64, last_tick: i64) -> Option<Gap> {
-        Some(Gap { first_tick, last_tick })
+    fn gap(first_tick: i64, last_tick: i64) -> Gap {
+        Gap { first_tick, last_tick }
     }
 
     #[test]
     fn a_gap_is_told_once_when_it_has_ended() {
         let mut gaps = Gaps::default();
         assert_eq!((gaps.pass(0, false), gaps.pass(1, false)), (None, None));
-        assert_eq!((gaps.pass(5, false), gaps.pass(6, false)), (gap(2, 4), None));
-        assert_eq!((gaps.pass(7, true), gaps.pass(9, true), gaps.pass(10, false)), (None, None, gap(7, 9)));
+        assert_eq!((gaps.pass(5, false), gaps.pass(6, false)), (Some(gap(2, 4)), None));
+        assert_eq!(
+            (gaps.pass(7, true), gaps.pass(9, true), gaps.pass(10, false)),
+            (None, None, Some(gap(7, 9)))
+        );
         assert_eq!((gaps.end(), gaps.lost(), gaps.told().len()), (None, 6, 2));
     }
 
@@ -81,6 +84,6 @@ mod tests {
     fn a_gap_at_the_end_is_told_too() {
         let mut gaps = Gaps::default();
         assert_eq!((gaps.pass(0, false), gaps.pass(1, true)), (None, None));
-        assert_eq!((gaps.end(), gaps.lost()), (gap(1, 1), 1));
+        assert_eq!((gaps.end(), gaps.lost()), (Some(gap(1, 1)), 1));
     }
 }

@@ -139,7 +139,9 @@ impl Log {
         let log_time = self.clock.log_time_ns(tick);
         let header = MessageHeader { channel_id, sequence: tick as u32, log_time, publish_time: log_time };
         self.messages += 1;
-        self.writer.write_to_known_channel(&header, &self.buffer).map_err(RecorderError::log(&self.path, "written"))
+        self.writer
+            .write_to_known_channel(&header, &self.buffer)
+            .map_err(RecorderError::log(&self.path, "written"))
     }
 
     /// Writes a message of another log of this flight, its channel already translated.
@@ -195,6 +197,8 @@ fn open(file: File, opening: &Opening) -> McapResult<(Writer<NoSeek<Sink>>, Chan
         .chunk_size(Some(CHUNK_BYTES))
         // The default depends on the machine, and the bytes on it.
         .compression_threads(0)
+        // A quarter less work than the default level, for 2 % more bytes.
+        .compression_level(1)
         .disable_seeking(true)
         .create(NoSeek::new(Sink::new(file)))?;
     writer.write_metadata(&Metadata { name: RUN.into(), metadata: describe(opening.scenario) })?;
@@ -245,7 +249,7 @@ fn describe(scenario: &Scenario) -> BTreeMap<String, String> {
         ("spacing_m", formation.spacing_m().to_string()),
         ("radius_m", formation.radius_m().to_string()),
         ("rate_hz", scenario.time.rate_hz.to_string()),
-        ("law", law_name(scenario)),
+        ("law", scenario.control.law.name().into()),
         ("mode", mode_name(scenario).into()),
         ("duration_s", scenario.time.duration_s.to_string()),
     ]
@@ -258,17 +262,11 @@ pub(crate) fn introduction(scenario: &Scenario) -> String {
     format!(
         "{} UAVs, {} law, {} Hz, {}, seed {}",
         scenario.formation.uavs,
-        law_name(scenario),
+        scenario.control.law.name(),
         scenario.time.rate_hz,
         mode_name(scenario),
         scenario.seed
     )
-}
-
-/// The law as scenarios spell it.
-fn law_name(scenario: &Scenario) -> String {
-    let name = serde_json::to_value(scenario.control.law);
-    name.ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 fn mode_name(scenario: &Scenario) -> &'static str {
@@ -310,7 +308,8 @@ mod tests {
         let scenario = ring_of(4, 40.0);
         record(&path, &scenario, &flight(&scenario, 0..120));
         let seen = messages(&fs::read(&path).unwrap());
-        let topics = |tick: u32| seen.iter().filter(|m| m.tick == tick).map(|m| m.topic.clone()).collect::<Vec<_>>();
+        let topics =
+            |tick: u32| seen.iter().filter(|m| m.tick == tick).map(|m| m.topic.clone()).collect::<Vec<_>>();
         assert!(seen.is_sorted_by_key(|message| (message.log_time, message.topic.clone())));
         assert_eq!(topics(0)[..3], ["/leader/pose", "/log", "/uav/001/control"]);
         assert_eq!(topics(1).len(), 8);
@@ -326,7 +325,8 @@ mod tests {
         let mut log = Log::create(&path, &opening).unwrap();
         log.finish(BTreeMap::new()).unwrap();
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
-        let topics: Vec<_> = (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
+        let topics: Vec<_> =
+            (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
         assert!(topics.is_sorted() && topics.len() == 2005);
         assert_eq!(topics[3], "/uav/0001/control");
     }
@@ -339,7 +339,10 @@ mod tests {
         let file = fs::read(&path).unwrap();
         let line = messages(&file).into_iter().find(|message| message.topic == LOG_TOPIC).unwrap();
         let line = Line::decode(&*line.data).unwrap();
-        assert_eq!((line.name, line.message), ("run".into(), "6 UAVs, paper law, 100 Hz, lockstep, seed 1".into()));
+        assert_eq!(
+            (line.name, line.message),
+            ("run".into(), "6 UAVs, paper law, 100 Hz, lockstep, seed 1".into())
+        );
         let summary = Summary::read(&file).unwrap().unwrap();
         let metadata = |index: usize| mcap::read::metadata(&file, &summary.metadata_indexes[index]).unwrap();
         let (run, result) = (metadata(0), metadata(1));

@@ -34,9 +34,9 @@ pub struct Moment {
     pub slot_error_max_m: Option<f64>,
     /// The root of the mean of their squared slot errors.
     pub slot_error_rms_m: Option<f64>,
-    /// The largest | |p_i - p_j| - L | of ring neighbours that both fly on command.
+    /// The largest `| |p_i - p_j| - L |` of ring neighbours that both fly on command.
     pub neighbour_error_max_m: Option<f64>,
-    /// The largest | |p_i - p_c| - R |.
+    /// The largest `| |p_i - p_c| - R |`.
     pub radius_error_max_m: Option<f64>,
     /// Who is closest to whom.
     pub closest: Pairs,
@@ -71,6 +71,7 @@ struct Commands {
 
 /// Extremes of what was flown.
 #[derive(Debug, Clone, Copy)]
+#[expect(clippy::struct_field_names, reason = "what the names share are their units")]
 struct Envelope {
     speed_min_m_s: f64,
     speed_max_m_s: f64,
@@ -131,7 +132,8 @@ impl Metrics {
 
     fn measure(&self, frame: &Frame) -> Moment {
         let commanded = |uav: &UavFrame| uav.state.as_ref().is_some_and(is_commanded);
-        let in_formation = || frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(|uav| is_commanded(uav));
+        let in_formation =
+            || frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(|uav| is_commanded(uav));
         let neighbour_error = |(uav, next): (&UavFrame, &UavFrame)| {
             let both = commanded(uav) && commanded(next);
             let distance = uav.state.as_ref()?.next_distance_m.filter(|_| both)?;
@@ -236,7 +238,9 @@ mod tests {
 
     fn measured(scenario: &Scenario, frames: &[Frame]) -> FlightSummary {
         let mut metrics = Metrics::new(scenario);
-        frames.iter().for_each(|frame| metrics.observe(frame));
+        for frame in frames {
+            metrics.observe(frame);
+        }
         metrics.summary()
     }
 
@@ -289,7 +293,7 @@ mod tests {
         (stray.x_m, stray.y_m) = (x + 0.5, y);
         let summary = measured(&scenario, &[frame]);
         assert!(summary.slot_error_max_m.unwrap() < 1e-9);
-        assert_eq!(summary.closest_pair.unwrap().distance_m, 0.5);
+        assert_eq!(summary.closest_pair.map(|pair| pair.distance_m), Some(0.5));
         assert_eq!(summary.closest_other, None);
         assert_eq!(summary.uavs.iter().map(|uav| uav.commanded).collect::<Vec<_>>(), [false, true, true]);
     }

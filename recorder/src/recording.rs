@@ -65,7 +65,9 @@ impl Recording {
     pub(crate) fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
         let mut past = Past::new(opening.scenario);
         let log = match path {
-            Some(path) if takeover::is_needed(path) => Some(takeover::take_over(path, opening, begun, &mut past)?),
+            Some(path) if takeover::is_needed(path) => {
+                Some(takeover::take_over(path, opening, begun, &mut past)?)
+            }
             Some(path) => Some(Log::create(path, opening)?),
             None => None,
         };
@@ -202,7 +204,10 @@ fn flatten(path: &str, value: &impl Serialize, map: &mut BTreeMap<String, String
         Value::Null => {}
         Value::Object(members) => members.iter().for_each(|(name, value)| flatten(&member(name), value, map)),
         Value::Array(values) => {
-            values.iter().enumerate().for_each(|(index, value)| flatten(&member(&index.to_string()), value, map));
+            values
+                .iter()
+                .enumerate()
+                .for_each(|(index, value)| flatten(&member(&index.to_string()), value, map));
         }
         Value::String(text) => drop(map.insert(path.to_owned(), text)),
         number => drop(map.insert(path.to_owned(), number.to_string())),
@@ -246,7 +251,7 @@ mod tests {
         for (tick, text) in [(5, "later"), (2, "sooner"), (30, "after the end")] {
             recording.tell(&Event::new(Tick(tick), Level::Info, "test", text));
         }
-        flight(&scenario, 0..10).iter().for_each(|frame| recording.observe(frame).unwrap());
+        testing::observe(&mut recording, &flight(&scenario, 0..10));
         recording.finish(None).unwrap();
         assert_eq!(lines(&path), [(2, "sooner".into()), (5, "later".into()), (9, "after the end".into())]);
     }
@@ -258,11 +263,11 @@ mod tests {
         let event = Event::new(Tick(2), Level::Error, "collision", "uav 1 met uav 2");
         let mut first = testing::recording(&path, &scenario);
         first.tell(&event);
-        flight(&scenario, 0..51).iter().for_each(|frame| first.observe(frame).unwrap());
+        testing::observe(&mut first, &flight(&scenario, 0..51));
         std::mem::forget(first);
         let mut second = testing::recording(&path, &scenario);
         second.tell(&event);
-        flight(&scenario, 50..60).iter().for_each(|frame| second.observe(frame).unwrap());
+        testing::observe(&mut second, &flight(&scenario, 50..60));
         second.finish(None).unwrap();
         assert_eq!(lines(&path), [(2, "uav 1 met uav 2".into())]);
     }
@@ -274,7 +279,7 @@ mod tests {
         let mut recording = testing::recording(&path, &scenario);
         let mut frames = [flight(&scenario, 1..4), flight(&scenario, 6..9)].concat();
         frames[4].torn = true;
-        frames.iter().for_each(|frame| recording.observe(frame).unwrap());
+        testing::observe(&mut recording, &frames);
         recording.finish(None).unwrap();
         assert_eq!((recording.report().summary.ticks_lost, recording.report().gaps.len()), (4, 3));
         let expected = [
@@ -292,7 +297,10 @@ mod tests {
             let opening = Opening { timing, ..testing::opening(&scenario) };
             let recording = Recording::begin(None, &opening, false).unwrap();
             let result = recording.result(&FlightSummary::default(), Some(&world()));
-            assert_eq!((result["verdict"].as_str(), result["world.payload_hash"].as_str()), ("passed", "00ff"));
+            assert_eq!(
+                (result["verdict"].as_str(), result["world.payload_hash"].as_str()),
+                ("passed", "00ff")
+            );
             assert_eq!(result.contains_key("world.latency.p50_us"), timing);
             assert_eq!(result.contains_key("world.late_max_us"), timing);
             assert!(!result.contains_key("settling_s"));
@@ -303,7 +311,7 @@ mod tests {
     fn without_a_log_the_flight_is_measured_all_the_same() {
         let scenario = ring_of(3, 40.0);
         let mut recording = Recording::begin(None, &testing::opening(&scenario), false).unwrap();
-        flight(&scenario, 0..10).iter().for_each(|frame| recording.observe(frame).unwrap());
+        testing::observe(&mut recording, &flight(&scenario, 0..10));
         recording.finish(Some(&world())).unwrap();
         let report = recording.report();
         assert_eq!((report.summary.ticks, report.messages, report.problem), (10, 0, None));

@@ -271,7 +271,8 @@ mod tests {
         let files = FileDescriptorSet::decode(&*schema.data).unwrap();
         let mut lines = vec![format!("{} {}", schema.encoding, schema.name)];
         lines.extend(files.file[0].message_type[0].field.iter().map(|field| {
-            let kind = Type::try_from(field.r#type.unwrap()).unwrap().as_str_name()["TYPE_".len()..].to_lowercase();
+            let kind =
+                Type::try_from(field.r#type.unwrap()).unwrap().as_str_name()["TYPE_".len()..].to_lowercase();
             let optional = if field.proto3_optional == Some(true) { "?" } else { "" };
             format!("{} {kind}{optional} {}", field.number.unwrap(), field.name.as_ref().unwrap())
         }));

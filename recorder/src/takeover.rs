@@ -101,7 +101,8 @@ impl<'a> Copy<'a> {
     fn take(&mut self, record: Record) -> Result<(), RecorderError> {
         match record {
             Record::Schema { header, data } => {
-                let id = self.log.extend(|writer| writer.add_schema(&header.name, &header.encoding, &data))?;
+                let id =
+                    self.log.extend(|writer| writer.add_schema(&header.name, &header.encoding, &data))?;
                 self.schemas.insert(header.id, id);
             }
             Record::Channel(channel) => self.take_channel(channel)?,
@@ -141,7 +142,9 @@ mod tests {
     use super::*;
     use crate::{
         recording::Recording,
-        testing::{self, Seen, flight, messages, place, record, record_and_die, recording, ring_of, slow_ring},
+        testing::{
+            self, Seen, flight, messages, place, record, record_and_die, recording, ring_of, slow_ring,
+        },
     };
     use foxglove::messages::Log as Line;
     use mcap::Summary;
@@ -172,7 +175,8 @@ mod tests {
         record(&path, &scenario, &flight(&scenario, 480..700));
         let (taken_over, whole) = (seen(&path), undisturbed(&scenario, 0..700));
         assert_eq!(gaps(&taken_over), ["ticks 450 to 479 were lost with the recorder's predecessor"]);
-        let kept: Vec<_> = taken_over.iter().filter(|message| gaps(std::slice::from_ref(message)).is_empty()).collect();
+        let kept: Vec<_> =
+            taken_over.iter().filter(|message| gaps(std::slice::from_ref(message)).is_empty()).collect();
         let expected: Vec<_> = whole.iter().filter(|message| !(450..480).contains(&message.tick)).collect();
         assert_eq!(kept, expected);
         assert!(!part_of(&path).exists());
@@ -185,10 +189,10 @@ mod tests {
         let frames = flight(&scenario, 0..700);
         record_and_die(&path, &scenario, &frames[..450]);
         let mut second = recording(&path, &scenario);
-        frames[400..].iter().for_each(|frame| second.observe(frame).unwrap());
+        testing::observe(&mut second, &frames[400..]);
         let (_folder, path) = place();
         let mut whole = recording(&path, &scenario);
-        frames.iter().for_each(|frame| whole.observe(frame).unwrap());
+        testing::observe(&mut whole, &frames);
         assert_eq!(second.report(), whole.report());
     }
 
@@ -199,8 +203,9 @@ mod tests {
         record_and_die(&path, &scenario, &flight(&scenario, 0..120));
         record_and_die(&path, &scenario, &flight(&scenario, 110..290));
         record(&path, &scenario, &flight(&scenario, 290..320));
-        let expected = [(100, 109), (250, 289)]
-            .map(|(first, last)| format!("ticks {first} to {last} were lost with the recorder's predecessor"));
+        let expected = [(100, 109), (250, 289)].map(|(first, last)| {
+            format!("ticks {first} to {last} were lost with the recorder's predecessor")
+        });
         assert_eq!(gaps(&seen(&path)), expected);
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         assert_eq!((summary.metadata_indexes.len(), summary.attachment_indexes.len()), (2, 1));

@@ -76,7 +76,10 @@ pub(crate) fn hear(assembly: &mut Assembly, scenario: &Scenario, tick: i64, swin
         let slot = scenario.formation().slot(uav.0, centre);
         let phase = time_s + f64::from(uav.0);
         let place = [slot.x + swing_m * phase.sin(), slot.y + swing_m * (1.3 * phase).cos()];
-        assembly.put_sensed(uav, &Sensed { heading_rad: (0.1 * phase).sin() * swing_m, ..sensed(tick, uav.0, place) });
+        assembly.put_sensed(
+            uav,
+            &Sensed { heading_rad: (0.1 * phase).sin() * swing_m, ..sensed(tick, uav.0, place) },
+        );
         let terms = Terms {
             slot_m: slot.into(),
             previous_force_m: [phase.sin() * swing_m, phase.cos() * swing_m],
@@ -121,17 +124,24 @@ pub(crate) fn recording(path: &Path, scenario: &Scenario) -> Recording {
     Recording::begin(Some(path), &opening(scenario), true).unwrap()
 }
 
+/// Records some frames.
+pub(crate) fn observe(recording: &mut Recording, frames: &[Frame]) {
+    for frame in frames {
+        recording.observe(frame).unwrap();
+    }
+}
+
 /// Records a flight up to its end.
 pub(crate) fn record(path: &Path, scenario: &Scenario, frames: &[Frame]) {
     let mut recording = recording(path, scenario);
-    frames.iter().for_each(|frame| recording.observe(frame).unwrap());
+    observe(&mut recording, frames);
     recording.finish(None).unwrap();
 }
 
 /// Records frames and dies: what was not flushed is lost.
 pub(crate) fn record_and_die(path: &Path, scenario: &Scenario, frames: &[Frame]) {
     let mut recording = recording(path, scenario);
-    frames.iter().for_each(|frame| recording.observe(frame).unwrap());
+    observe(&mut recording, frames);
     std::mem::forget(recording);
 }
 

@@ -233,6 +233,15 @@ pub struct Obstacle {
     pub braking_distance_m: f64,
 }
 
+impl Law {
+    /// Its name in scenarios and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+        }
+    }
+}
+
 impl Scenario {
     /// The formation to form.
     pub fn formation(&self) -> Formation {

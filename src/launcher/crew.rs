@@ -125,7 +125,8 @@ impl Crew {
     }
 
     pub(super) fn spawn_all(&mut self) -> Result<(), LaunchError> {
-        let ours: Vec<Part> = self.stations.keys().filter(|part| !self.by_hand.contains(part)).copied().collect();
+        let ours: Vec<Part> =
+            self.stations.keys().filter(|part| !self.by_hand.contains(part)).copied().collect();
         ours.into_iter().try_for_each(|part| self.spawn(part))
     }
 
@@ -227,7 +228,9 @@ impl Crew {
     /// Processes that take too long to start, or are frozen for too long where the run cannot do without them.
     pub(super) fn overdue(&self) -> Vec<(Part, &'static str)> {
         let judge = |(part, station): (&Part, &Station)| match (station.state, part) {
-            (State::Starting, _) if station.process.is_some() && station.since.elapsed() > self.start_timeout => {
+            (State::Starting, _)
+                if station.process.is_some() && station.since.elapsed() > self.start_timeout =>
+            {
                 Some((*part, "was not ready in time"))
             }
             (State::Frozen, Part::World | Part::Leader) if station.since.elapsed() > self.freeze_timeout => {
@@ -248,7 +251,9 @@ impl Crew {
 
     pub(super) fn kill_all(&mut self) {
         let everybody: Vec<Part> = self.stations.keys().copied().collect();
-        everybody.into_iter().for_each(|part| self.kill(part));
+        for part in everybody {
+            self.kill(part);
+        }
     }
 
     /// Who runs now, for the world.

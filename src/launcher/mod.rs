@@ -13,10 +13,7 @@ use notice::{Change, Desk, Notice};
 use progress::Progress;
 use ringwing_messages::{
     BusError, Domain, Event, FormationError, Gate, Level, Part, Publisher, Roster, Stamps, Subscriber, Tick,
-    WorldReport, channel,
-    domain::DomainOwner,
-    member::create_node,
-    report,
+    WorldReport, channel, domain::DomainOwner, member::create_node, report,
 };
 use ringwing_recorder::RecorderReport;
 use ringwing_scenario::Scenario;
@@ -108,11 +105,20 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let log = plan.record.then(|| folder.join("run.mcap"));
     let crew = Crew::new(&plan.scenario, owner.domain().id(), log, plan);
     let progress = Progress::new(&plan.scenario, plan.quiet);
-    let mut launcher =
-        Launcher { plan, gate, wires, desk, janitor, crew, progress, failures: Vec::new(), interrupted: false };
+    let mut launcher = Launcher {
+        plan,
+        gate,
+        wires,
+        desk,
+        janitor,
+        crew,
+        progress,
+        failures: Vec::new(),
+        interrupted: false,
+    };
     launcher.say_where(owner.domain(), &folder);
     let flown = launcher.run(begin);
-    let outcome = launcher.outcome(owner.domain(), folder, flown);
+    let outcome = launcher.outcome(owner.domain(), folder, &flown);
     launcher.janitor.stop();
     outcome
 }
@@ -162,9 +168,8 @@ struct Launcher<'a> {
     interrupted: bool,
 }
 
-/// When the flight itself began and ended.
+/// How long starting and flying took.
 struct Flown {
-    took_off: Option<Instant>,
     start_time: Duration,
     flight_time: Duration,
 }
@@ -179,10 +184,10 @@ impl Launcher<'_> {
 
     /// From the first process to the last; whatever fails on the way is in `failures`.
     fn run(&mut self, begin: Instant) -> Flown {
-        let mut flown = Flown { took_off: None, start_time: Duration::ZERO, flight_time: Duration::ZERO };
+        let mut flown = Flown { start_time: Duration::ZERO, flight_time: Duration::ZERO };
         let result = self.start_everybody().and_then(|()| {
             flown.start_time = begin.elapsed();
-            let took_off = *flown.took_off.insert(Instant::now());
+            let took_off = Instant::now();
             let result = self.watch_flight();
             flown.flight_time = took_off.elapsed();
             result
@@ -282,12 +287,13 @@ impl Launcher<'_> {
         self.janitor.call();
         let was_ready = self.crew.set_ended(part);
         if self.gate.is_closed() || !self.failures.is_empty() {
-            return self.note_late_end(part, end);
+            self.note_late_end(part, end);
+            return Ok(());
         }
         match part {
             Part::World => self.failures.push(format!("the world {end}")),
             Part::Recorder if end.is_failure() => {
-                self.failures_later(format!("the recorder {end}: the log is incomplete"));
+                self.fail_later(format!("the recorder {end}: the log is incomplete"));
             }
             Part::Leader | Part::Recorder => return self.replace(part, end),
             Part::Agent(_) => {
@@ -300,15 +306,14 @@ impl Launcher<'_> {
     }
 
     /// A process that ends after the flight does so as planned, unless it says otherwise.
-    fn note_late_end(&mut self, part: Part, end: End) -> Result<(), LaunchError> {
-        if part == Part::Recorder && end != End::Exited(0) {
-            self.failures_later(format!("the recorder {end} while it closed the log: `ringwing recover` rebuilds it"));
+    fn note_late_end(&mut self, part: Part, end: End) {
+        if part == Part::Recorder && !matches!(end, End::Exited(0) | End::Unknown) {
+            self.fail_later(format!("the recorder {end} while it closed the log: the log is incomplete"));
         }
-        Ok(())
     }
 
     /// A failure that does not end the flight.
-    fn failures_later(&mut self, failure: String) {
+    fn fail_later(&mut self, failure: String) {
         self.progress.say(&failure);
         self.crew.remember_failure(failure);
     }
@@ -370,7 +375,7 @@ impl Launcher<'_> {
         Ok(())
     }
 
-    fn outcome(&mut self, domain: &Domain, folder: PathBuf, flown: Flown) -> Result<Outcome, LaunchError> {
+    fn outcome(&mut self, domain: &Domain, folder: PathBuf, flown: &Flown) -> Result<Outcome, LaunchError> {
         let world: Option<WorldReport> = domain.report(report::WORLD)?;
         let mut failures = std::mem::take(&mut self.failures);
         failures.append(&mut self.crew.take_failures());

@@ -75,7 +75,8 @@ impl Desk {
     pub(super) fn watch(&self, pid: u32) -> Result<(), LaunchError> {
         let desk = self.sender.clone();
         start("the thread that watches a process", move || {
-            let process = Pid::from_raw(pid.cast_signed()).and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
+            let process =
+                Pid::from_raw(pid.cast_signed()).and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
             if let Some(process) = process {
                 while poll(&mut [PollFd::new(&process, PollFlags::IN)], None) == Err(Errno::INTR) {}
             }

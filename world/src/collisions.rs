@@ -36,7 +36,8 @@ impl Collisions {
 
     /// The collisions that began since the last call.
     pub(crate) fn begun(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Other)> {
-        let touching: BTreeSet<_> = self.pairs(airframes).into_iter().chain(self.crashes(airframes)).collect();
+        let touching: BTreeSet<_> =
+            self.pairs(airframes).into_iter().chain(self.crashes(airframes)).collect();
         let begun = touching.difference(&self.touching).copied().collect();
         self.touching = touching;
         begun
@@ -105,8 +106,12 @@ mod tests {
 
     #[test]
     fn an_obstacle_is_hit_at_its_edge() {
-        let obstacle =
-            Obstacle { name: "mast".into(), position_m: [0.0, 0.0], radius_m: 10.0, braking_distance_m: 20.0 };
+        let obstacle = Obstacle {
+            name: "mast".into(),
+            position_m: [0.0, 0.0],
+            radius_m: 10.0,
+            braking_distance_m: 20.0,
+        };
         let mut collisions = Collisions::new(2.0, &[obstacle], 2);
         let flying = airframes(&[[0.0, 9.999], [0.0, -10.001]]);
         assert_eq!(collisions.begun(&flying), [(UavId(1), Other::Obstacle(0))]);

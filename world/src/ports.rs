@@ -1,7 +1,8 @@
 //! All that the world is connected to.
 
 use ringwing_messages::{
-    BusError, Command, Event, LeaderState, Member, Publisher, Roster, Sensed, Subscriber, TickTiming, UavId, channel,
+    BusError, Command, Event, LeaderState, Member, Publisher, Roster, Sensed, Subscriber, TickTiming, UavId,
+    channel,
 };
 
 /// The world's ends of the services. It hears the leader only to know that it has answered.
@@ -20,8 +21,13 @@ impl Ports {
         let (node, depth) = (member.node(), channel::TICK_DEPTH);
         let of_each = UavId::all(uavs);
         Ok(Self {
-            sensed: of_each.clone().map(|uav| channel::sensed(uav).publisher(node)).collect::<Result<_, _>>()?,
-            commands: of_each.map(|uav| channel::command(uav).subscriber(node, depth)).collect::<Result<_, _>>()?,
+            sensed: of_each
+                .clone()
+                .map(|uav| channel::sensed(uav).publisher(node))
+                .collect::<Result<_, _>>()?,
+            commands: of_each
+                .map(|uav| channel::command(uav).subscriber(node, depth))
+                .collect::<Result<_, _>>()?,
             leader: channel::leader(uavs).subscriber(node, depth)?,
             roster: channel::roster().subscriber(node, depth)?,
             timing: channel::timing().publisher(node)?,

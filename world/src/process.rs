@@ -3,8 +3,7 @@
 use crate::{Sky, answers::Answers, ports::Ports, schedule::Schedule, sky::Happening, tally::Tally};
 use ringwing_messages::{
     BusError, Collision, DomainId, Event, Gate, Level, Member, Part, Stamps, Tick, UavId, channel,
-    gate::Patience,
-    monotonic_ns, report,
+    gate::Patience, monotonic_ns, report,
 };
 use ringwing_scenario::{Scenario, ScenarioError, start};
 use rustix::{
@@ -120,7 +119,11 @@ impl<'a> World<'a> {
                 self.hold()?;
             }
             self.open_tick()?;
-            if self.schedule.is_some() { self.wait_for_deadline()? } else { self.wait_for_answers()? }
+            if self.schedule.is_some() {
+                self.wait_for_deadline()?;
+            } else {
+                self.wait_for_answers()?;
+            }
             self.finish_tick()?;
             if self.sky.now() >= self.last_tick || self.is_stopped() {
                 return Ok(());
@@ -144,7 +147,11 @@ impl<'a> World<'a> {
             }
             if self.recorder_lags() && since.elapsed() > self.answer_timeout {
                 self.stuck_at = Some(self.gate.recorded());
-                self.event(Level::Warning, "recorder.silent", "the recorder does not fetch what there is; flying on")?;
+                self.event(
+                    Level::Warning,
+                    "recorder.silent",
+                    "the recorder does not fetch what there is; flying on",
+                )?;
             }
             self.gate.wait_for_nudge(LOOK_AGAIN);
             self.refresh_roster()?;
@@ -186,7 +193,8 @@ impl<'a> World<'a> {
                 return Ok(());
             }
             self.refresh_roster()?;
-            if since.elapsed() > self.answer_timeout || self.is_stopped() {
+            let limit = if self.answers.roster().hold { self.hold_timeout } else { self.answer_timeout };
+            if since.elapsed() > limit || self.is_stopped() {
                 return self.give_up();
             }
             // Somebody's answer was counted who is not waited for; the count no longer tells when to look.
@@ -202,7 +210,8 @@ impl<'a> World<'a> {
         }
         self.tally.unanswered_ticks += 1;
         for part in self.answers.give_up() {
-            let text = format!("{part} has not answered for {:.1} s; flying on", self.answer_timeout.as_secs_f64());
+            let text =
+                format!("{part} has not answered for {:.1} s; flying on", self.answer_timeout.as_secs_f64());
             self.event(Level::Warning, "process.silent", &text)?;
         }
         Ok(())
@@ -212,10 +221,8 @@ impl<'a> World<'a> {
     fn wait_for_deadline(&mut self) -> Result<(), BusError> {
         let due_ns = self.schedule.as_ref().map_or(0, Schedule::due_ns);
         let due_at = Duration::from_nanos(due_ns);
-        let due = Timespec {
-            tv_sec: due_at.as_secs().cast_signed(),
-            tv_nsec: i64::from(due_at.subsec_nanos()),
-        };
+        let due =
+            Timespec { tv_sec: due_at.as_secs().cast_signed(), tv_nsec: i64::from(due_at.subsec_nanos()) };
         while monotonic_ns() < due_ns && !self.is_stopped() {
             // A signal ends the sleep early; then the loop looks why.
             let _ = clock_nanosleep_absolute(ClockId::Monotonic, &due);

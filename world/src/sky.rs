@@ -2,8 +2,11 @@
 //!
 //! Knows nothing of processes, services or clocks; the same commands give the same flight, to the bit.
 
-use crate::{Airframe, Refusal, collisions::{Collisions, Other}};
-use ringwing_messages::{Command, SensedObstacle, Sensed, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
+use crate::{
+    Airframe, Refusal,
+    collisions::{Collisions, Other},
+};
+use ringwing_messages::{Command, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
 use ringwing_scenario::{Obstacle, Scenario, StartState};
 
 /// Something that happened between two ticks.
@@ -138,7 +141,12 @@ mod tests {
     use super::*;
 
     fn mast(number: u32, x: f64) -> Obstacle {
-        Obstacle { name: format!("mast {number}"), position_m: [x, 0.0], radius_m: 1.0, braking_distance_m: 5.0 }
+        Obstacle {
+            name: format!("mast {number}"),
+            position_m: [x, 0.0],
+            radius_m: 1.0,
+            braking_distance_m: 5.0,
+        }
     }
 
     fn sky_at_origin(obstacles: Vec<Obstacle>) -> Sky {

@@ -24,8 +24,13 @@ pub enum LimitsError {
 
 impl Limits {
     /// `v_min`, `v_max` in m/s and `omega_max` in rad/s.
-    pub fn new(speed_min_m_s: f64, speed_max_m_s: f64, turn_rate_max_rad_s: f64) -> Result<Self, LimitsError> {
-        let speeds_make_sense = speed_min_m_s > 0.0 && speed_min_m_s <= speed_max_m_s && speed_max_m_s.is_finite();
+    pub fn new(
+        speed_min_m_s: f64,
+        speed_max_m_s: f64,
+        turn_rate_max_rad_s: f64,
+    ) -> Result<Self, LimitsError> {
+        let speeds_make_sense =
+            speed_min_m_s > 0.0 && speed_min_m_s <= speed_max_m_s && speed_max_m_s.is_finite();
         if !speeds_make_sense {
             return Err(LimitsError::Speed(speed_min_m_s, speed_max_m_s));
         }

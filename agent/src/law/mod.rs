@@ -7,7 +7,9 @@ mod lyapunov;
 mod potential;
 mod repulsion;
 
-pub use control::{Control, Limits, LimitsError, formation_control, saturate, saturated_control, speed_force};
+pub use control::{
+    Control, Limits, LimitsError, formation_control, saturate, saturated_control, speed_force,
+};
 pub use lyapunov::{Flyer, lyapunov_candidate, lyapunov_rate};
 pub use potential::{Bond, Field, Forces, potential, potential_forces};
 pub use repulsion::{Obstacle, repulsion};

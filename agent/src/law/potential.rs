@@ -102,10 +102,17 @@ mod tests {
     }
 
     fn field() -> impl Strategy<Value = Field> {
-        let bond = |rest: f64| (place(), 0.1..5.0).prop_map(move |(point, gain)| Bond { point, rest_m: rest, gain });
-        (bond(40.0), bond(40.0), bond(57.0), place(), 0.1..5.0).prop_map(|(previous, next, centre, slot, slot_gain)| {
-            Field { previous: Some(previous), next: Some(next), centre, slot, slot_gain }
-        })
+        let bond =
+            |rest: f64| (place(), 0.1..5.0).prop_map(move |(point, gain)| Bond { point, rest_m: rest, gain });
+        (bond(40.0), bond(40.0), bond(57.0), place(), 0.1..5.0).prop_map(
+            |(previous, next, centre, slot, slot_gain)| Field {
+                previous: Some(previous),
+                next: Some(next),
+                centre,
+                slot,
+                slot_gain,
+            },
+        )
     }
 
     fn numeric_gradient(field: &Field, own: &Point2<f64>) -> Vector2<f64> {

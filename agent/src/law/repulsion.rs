@@ -39,7 +39,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const OBSTACLE: Obstacle = Obstacle { centre: Point2::new(580.0, -6.0), radius_m: 20.0, braking_distance_m: 50.0 };
+    const OBSTACLE: Obstacle =
+        Obstacle { centre: Point2::new(580.0, -6.0), radius_m: 20.0, braking_distance_m: 50.0 };
 
     fn at(distance_m: f64) -> Vector2<f64> {
         repulsion(100.0, &OBSTACLE, &(OBSTACLE.centre + Vector2::new(0.0, distance_m)))

@@ -63,8 +63,13 @@ mod tests {
         for (tick, x) in [(0, 40.0), (50, 96.0), (100, 85.0)] {
             watch.observe(tick, &[(1, Point2::new(0.0, 0.0)), (3, Point2::new(x, 0.0))]);
         }
-        let expected =
-            ObstacleSummary { name: "tower".into(), clearance_m: -6.0, uav: 3, time_s: 0.5, repelled: vec![3] };
+        let expected = ObstacleSummary {
+            name: "tower".into(),
+            clearance_m: -6.0,
+            uav: 3,
+            time_s: 0.5,
+            repelled: vec![3],
+        };
         assert_eq!(watch.summary(Clock::new(100)), Some(expected));
     }
 }

@@ -96,12 +96,15 @@ impl ClosestSoFar {
 
     pub(super) fn pair(&self, clock: Clock) -> Option<ClosestPair> {
         let both = self.adjacent.into_iter().chain(self.other);
-        both.min_by(|one, two| one.0.distance_m.total_cmp(&two.0.distance_m)).map(|closest| told(closest, clock))
+        both.min_by(|one, two| one.0.distance_m.total_cmp(&two.0.distance_m))
+            .map(|closest| told(closest, clock))
     }
 }
 
 fn keep_closer(closest: &mut Option<(Pair, i64)>, pair: Option<Pair>, tick: i64) {
-    if let Some(pair) = pair.filter(|pair| closest.is_none_or(|(so_far, _)| pair.distance_m < so_far.distance_m)) {
+    if let Some(pair) =
+        pair.filter(|pair| closest.is_none_or(|(so_far, _)| pair.distance_m < so_far.distance_m))
+    {
         *closest = Some((pair, tick));
     }
 }

@@ -42,11 +42,11 @@ impl Settling {
 mod tests {
     use super::*;
 
-    /// Settling at 10 Hz of a flight whose slot error is 0 in the ticks of `within` and 2 m in the others, 200 in all.
-    fn settled_at(within: &[std::ops::Range<i64>]) -> Option<i64> {
+    /// Settling at 10 Hz of a flight of 200 ticks in which the formation begins or ceases to stand at each of `turns`.
+    fn settled_at(turns: &[i64]) -> Option<i64> {
         let mut settling = Settling::new(10);
         for tick in 0..200 {
-            let stands = within.iter().any(|range| range.contains(&tick));
+            let stands = turns.iter().filter(|turn| **turn <= tick).count() % 2 == 1;
             settling.observe(tick, Some(if stands { 0.0 } else { 2.0 }));
         }
         settling.settled_at()
@@ -54,19 +54,19 @@ mod tests {
 
     #[test]
     fn it_has_settled_when_it_stands_for_five_seconds() {
-        assert_eq!(settled_at(&[30..81]), Some(30));
-        assert_eq!(settled_at(&[30..80]), None);
-        assert_eq!(settled_at(&[30..80, 90..200]), Some(90));
+        assert_eq!(settled_at(&[30, 81]), Some(30));
+        assert_eq!(settled_at(&[30, 80]), None);
+        assert_eq!(settled_at(&[30, 80, 90]), Some(90));
     }
 
     #[test]
     fn what_comes_later_does_not_unsettle_it() {
-        assert_eq!(settled_at(&[30..100, 120..200]), Some(30));
+        assert_eq!(settled_at(&[30, 100, 120]), Some(30));
     }
 
     #[test]
     fn at_the_end_it_need_not_stand_that_long() {
-        assert_eq!(settled_at(&[199..200]), Some(199));
+        assert_eq!(settled_at(&[199]), Some(199));
         assert_eq!(settled_at(&[]), None);
     }
 

@@ -1,0 +1,188 @@
+//! The recorder's process against a world of this test's own, over real shared memory.
+#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
+
+use mcap::{MessageStream, Summary};
+use ringwing_messages::{
+    Command, DomainId, Event, FlightMode, Gate, LeaderState, Level, Part, Publisher, Sensed, SensedObstacle,
+    Stamps, Terms, Tick, TickTiming, UavId, WorldReport,
+    channel::{self, Services},
+    domain::DomainOwner,
+    member::create_node,
+    report,
+};
+use ringwing_recorder::{Args, RecorderError, RecorderReport, run};
+use ringwing_scenario::Scenario;
+use std::{
+    path::PathBuf,
+    thread,
+    time::{Duration, Instant},
+};
+
+const UAVS: u32 = 6;
+
+/// Flies the formation at rest, and plays launcher, world, leader and agents.
+struct Everybody {
+    scenario: Scenario,
+    sensed: Vec<Publisher<Sensed>>,
+    commands: Vec<Publisher<Command>>,
+    leader: Publisher<LeaderState>,
+    timing: Publisher<TickTiming>,
+    events: Publisher<Event>,
+    gate: Gate,
+    _services: Services,
+    owner: DomainOwner,
+}
+
+impl Everybody {
+    fn new() -> Self {
+        let scenario = Scenario::default();
+        let (owner, gate) = DomainOwner::create("name = \"unnamed\"\n").unwrap();
+        let node = create_node(owner.domain(), "everybody").unwrap();
+        Self {
+            scenario,
+            _services: Services::create(&node, UAVS).unwrap(),
+            sensed: UavId::all(UAVS).map(|uav| channel::sensed(uav).publisher(&node).unwrap()).collect(),
+            commands: UavId::all(UAVS).map(|uav| channel::command(uav).publisher(&node).unwrap()).collect(),
+            leader: channel::leader(UAVS).publisher(&node).unwrap(),
+            timing: channel::timing().publisher(&node).unwrap(),
+            events: channel::world_events().publisher(&node).unwrap(),
+            gate,
+            owner,
+        }
+    }
+
+    fn domain(&self) -> DomainId {
+        self.owner.domain().id().clone()
+    }
+
+    fn await_recorder(&self) {
+        wait_until("the recorder is there", || self.gate.attendant(Part::Recorder).is_some());
+    }
+
+    fn fly(&self, ticks: std::ops::Range<i64>) {
+        for tick in ticks.map(Tick) {
+            wait_until("the recorder keeps up", || tick.since(self.gate.recorded()) < 512);
+            self.publish(tick);
+        }
+    }
+
+    fn publish(&self, tick: Tick) {
+        let formation = self.scenario.formation();
+        let centre = [15.0 * tick.seconds(100), 0.0];
+        for uav in UavId::all(UAVS) {
+            let position_m = formation.slot(uav.0, centre.into()).into();
+            self.sensed[uav.index()].send(sensed(tick, uav, position_m), Stamps::now()).unwrap();
+        }
+        self.gate.open_tick(tick, UAVS);
+        let leader =
+            LeaderState { tick, position_m: centre, heading_rad: 0.0, speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
+        self.leader.send(leader, Stamps::now()).unwrap();
+        for uav in UavId::all(UAVS) {
+            self.commands[uav.index()].send(command(tick, uav), Stamps::now()).unwrap();
+        }
+        self.timing.send(TickTiming { tick: tick.0, ..TickTiming::default() }, Stamps::now()).unwrap();
+    }
+
+    fn land(&self, last_tick: i64) {
+        let world = WorldReport {
+            last_tick,
+            complete: true,
+            payload_hash: "00ff".into(),
+            collisions: Vec::new(),
+            failsafes: 0,
+            refused_commands: 0,
+            reused_commands: 0,
+            missed_deadlines: 0,
+            unanswered_ticks: 0,
+            late_max_us: 0.0,
+            latency: None,
+        };
+        self.owner.domain().leave_report(report::WORLD, &world).unwrap();
+        self.gate.close();
+    }
+
+    fn report(&self) -> RecorderReport {
+        self.owner.domain().report(report::RECORDER).unwrap().unwrap()
+    }
+}
+
+fn sensed(tick: Tick, uav: UavId, position_m: [f64; 2]) -> Sensed {
+    Sensed {
+        tick,
+        position_m,
+        heading_rad: 0.0,
+        speed_m_s: 15.0,
+        turn_rate_rad_s: 0.0,
+        uav,
+        mode: FlightMode::COMMANDED,
+        obstacle_count: 0,
+        obstacles_omitted: 0,
+        obstacles: [SensedObstacle::default(); 8],
+    }
+}
+
+fn command(tick: Tick, uav: UavId) -> Command {
+    Command { tick, speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav, reserved: 0, terms: Terms::NONE }
+}
+
+fn wait_until(what: &str, condition: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !condition() {
+        assert!(start.elapsed() < Duration::from_secs(10), "never: {what}");
+        thread::sleep(Duration::from_micros(50));
+    }
+}
+
+fn start(domain: DomainId, log: Option<PathBuf>) -> thread::JoinHandle<Result<(), RecorderError>> {
+    thread::spawn(move || run(&Args { domain, launcher: None, log, no_timing: false }))
+}
+
+#[test]
+fn a_flight_over_shared_memory_is_recorded_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let everybody = Everybody::new();
+    let recorder = start(everybody.domain(), Some(path.clone()));
+    everybody.await_recorder();
+    everybody.fly(-1..1500);
+    everybody.events.send(Event::new(Tick(1499), Level::Info, "test", "landed"), Stamps::now()).unwrap();
+    everybody.land(1499);
+    recorder.join().unwrap().unwrap();
+
+    let report = everybody.report();
+    assert_eq!((report.summary.ticks, report.summary.last_tick, report.gaps.len()), (1500, Some(1499), 0));
+    assert_eq!((report.summary.settling_s, report.problem), (Some(0.0), None));
+    let file = std::fs::read(path).unwrap();
+    let summary = Summary::read(&file).unwrap().unwrap();
+    let result = mcap::read::metadata(&file, &summary.metadata_indexes[1]).unwrap();
+    assert_eq!(result.metadata["verdict"], "passed");
+    // State and control of each UAV and the timing at 100 Hz, the leader at 20 Hz, the first and the last line.
+    assert_eq!(MessageStream::new(&file).unwrap().count(), 1500 * 13 + 300 + 2);
+    assert_eq!(report.messages, 1500 * 13 + 300 + 2);
+}
+
+#[test]
+fn without_a_log_the_flight_is_only_measured() {
+    let everybody = Everybody::new();
+    let recorder = start(everybody.domain(), None);
+    everybody.await_recorder();
+    everybody.fly(-1..300);
+    everybody.land(299);
+    recorder.join().unwrap().unwrap();
+    assert_eq!((everybody.report().summary.ticks, everybody.report().messages), (300, 0));
+}
+
+#[test]
+fn a_log_that_vanishes_ends_the_recorder_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let everybody = Everybody::new();
+    let recorder = start(everybody.domain(), Some(path.clone()));
+    everybody.await_recorder();
+    std::fs::remove_file(&path).unwrap();
+    everybody.fly(-1..300);
+    everybody.land(299);
+    let error = recorder.join().unwrap().unwrap_err().to_string();
+    assert!(error.contains("run.mcap: cannot be written: the file was removed; leave the log"), "{error}");
+    assert_eq!(everybody.report().problem, Some(error));
+}

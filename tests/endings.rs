@@ -1,0 +1,143 @@
+//! How runs end that do not end as planned: with their reason, their log closed, and nothing left behind.
+
+use crate::harness::{Swarm, leftovers, processes_of, ringwing, send, wait_until, wait_until_gone};
+use ringwing_messages::Part;
+use rustix::process::Signal;
+use std::{process::Command, time::Duration};
+
+const MODES: [&str; 2] = ["--duration 36000", "--real-time --duration 3600"];
+
+#[test]
+fn an_interrupted_run_closes_its_log_and_says_how_far_it_came() {
+    for (mode, signal) in MODES.into_iter().zip([Signal::INT, Signal::TERM]) {
+        let run = Swarm::fly("paper-4.2").with(mode).start();
+        run.wait_for_second(1.5);
+        send(run.launcher(), signal);
+        let run = run.finish();
+        run.assert_ended_with(1);
+        assert_eq!(run.text("verdict"), "failed");
+        assert_eq!(run.summary["failures"][0], "interrupted before the end");
+        let states = run.log().states(1);
+        assert!(
+            states.len() > 100 && states.len() as f64 == run.number("ticks") + 1.0,
+            "{} states",
+            states.len()
+        );
+    }
+}
+
+#[test]
+fn an_interrupt_before_the_flight_ends_the_run_too() {
+    let run = Swarm::fly("paper-4.2").with("--uavs 40 --duration 36000").start();
+    send(run.launcher(), Signal::INT);
+    let run = run.finish();
+    run.assert_ended_with(1);
+}
+
+#[test]
+fn a_second_interrupt_ends_even_a_run_whose_world_does_not_answer() {
+    let mut run = Swarm::fly("paper-4.2").with("--duration 36000 --set answer_timeout_s=60").start();
+    run.wait_for_second(1.0);
+    run.signal(Part::World, Signal::STOP);
+    run.wait_for_line("world is frozen");
+    send(run.launcher(), Signal::INT);
+    run.wait_for_line("interrupted; ending the flight");
+    send(run.launcher(), Signal::INT);
+    let run = run.finish();
+    run.assert_ended_with(1);
+    assert!(run.summary["failures"][0].as_str().unwrap().contains("interrupted twice"), "{:#}", run.summary);
+}
+
+#[test]
+fn a_killed_world_ends_the_run_with_its_log_closed() {
+    for mode in MODES {
+        let run = Swarm::fly("paper-4.2").with(mode).start();
+        run.wait_for_second(1.5);
+        run.signal(Part::World, Signal::KILL);
+        let run = run.finish();
+        run.assert_ended_with(1);
+        assert_eq!(run.summary["failures"][0], "the world was killed by signal 9");
+        assert!(run.summary["payload_hash"].is_null());
+        assert!(run.log().states(1).len() > 100);
+    }
+}
+
+#[test]
+fn a_world_that_stays_frozen_ends_the_run() {
+    let run = Swarm::fly("paper-4.2").with("--duration 36000 --set answer_timeout_s=0.2").start();
+    run.wait_for_second(1.0);
+    run.signal(Part::World, Signal::STOP);
+    let run = run.finish();
+    run.assert_ended_with(1);
+    assert!(run.stderr.contains("world stayed frozen for too long"), "{}", run.stderr);
+}
+
+/// Kills a launcher; returns the domain that it left, once its processes have ended by themselves.
+fn orphan(mode: &str) -> ringwing_messages::DomainId {
+    let run = Swarm::fly("paper-4.2").with(mode).start();
+    run.wait_for_second(1.0);
+    // Frozen processes can do nothing by themselves, and end all the same.
+    run.signal(Part::Leader, Signal::STOP);
+    run.signal(Part::Recorder, Signal::STOP);
+    let domain = run.domain().id().clone();
+    assert_eq!(processes_of(&domain).len(), 9);
+    send(run.launcher(), Signal::KILL);
+    drop(run);
+    let start = std::time::Instant::now();
+    wait_until("the orphans end", || processes_of(&domain).is_empty().then_some(()));
+    assert!(start.elapsed() < Duration::from_secs(1), "{:?}", start.elapsed());
+    domain
+}
+
+#[test]
+fn the_processes_of_a_killed_launcher_end_and_what_they_leave_is_removed() {
+    for (mode, remove) in
+        MODES.into_iter().zip([&["clean"][..], &["run", "paper-4.1", "--duration", "1", "--no-record"]])
+    {
+        let domain = orphan(mode);
+        let out = tempfile::tempdir().unwrap();
+        // Another test's run may have cleaned up already; what counts is that this one leaves nothing.
+        let status = ringwing().args(remove).current_dir(out.path()).output().unwrap().status;
+        assert!(status.code().is_some_and(|code| code != 1), "{status}");
+        wait_until_gone(&domain);
+    }
+}
+
+#[test]
+fn clean_leaves_runs_alone_that_go_on() {
+    let run = Swarm::fly("paper-4.1").with("--real-time --duration 1").start();
+    assert!(ringwing().arg("clean").output().unwrap().status.success());
+    assert!(!leftovers(run.domain().id()).is_empty());
+    run.finish().assert_nothing_left();
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_a_clear_error() {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    for out in [file.path().display().to_string(), "/proc/no/such".into()] {
+        let output = ringwing().args(["run", "--out", &out]).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains(&out) && said.contains("choose another folder with --out"), "{said}");
+    }
+}
+
+#[test]
+fn a_full_disk_ends_the_log_and_not_the_flight() {
+    let out = tempfile::tempdir().unwrap();
+    // Files may not grow beyond 6 MB: enough for shared memory, too little for this log. The signal that would kill the
+    // writer is ignored, so that it sees a failed write, as on a full disk.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 6000; exec {} run paper-4.2 --duration 200 --out {}",
+        env!("CARGO_BIN_EXE_ringwing"),
+        out.path().display()
+    );
+    let output = Command::new("bash").args(["-c", &script]).output().unwrap();
+    let (table, said) =
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("run.mcap"), "{said}");
+    assert!(table.contains("the log is incomplete") && table.contains("200.0 s in"), "{table}");
+    let folder = std::fs::read_dir(out.path()).unwrap().next().unwrap().unwrap().path();
+    assert!(crate::harness::log::Log::read(&folder.join("run.mcap")).states(1).len() > 1000);
+}

@@ -1,0 +1,17 @@
+//! End to end: real processes, real signals, real shared memory, real files; one file for each behaviour.
+
+#![expect(clippy::unwrap_used, reason = "what is not there fails the test")]
+#![expect(unreachable_pub, reason = "the harness is a library of its own, though within one binary")]
+
+mod harness;
+
+mod command_line;
+mod dead_reckoning;
+mod dependencies;
+mod determinism;
+mod endings;
+mod losses;
+mod paper;
+mod real_time;
+mod sizes;
+mod wiring;

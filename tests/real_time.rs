@@ -1,0 +1,52 @@
+//! Real time: the wall clock leads, nobody is waited for.
+
+use crate::harness::{Swarm, send};
+use ringwing_messages::{Part, UavId};
+use rustix::process::Signal;
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_second_takes_a_second_at_every_rate() {
+    for rate_hz in [50, 100, 200] {
+        let begin = Instant::now();
+        let run = Swarm::fly("paper-4.1")
+            .with(&format!("--real-time --duration 1.5 --no-record --set time.rate_hz={rate_hz}"))
+            .finish();
+        run.assert_nothing_left();
+        assert_eq!(run.summary["failures"].as_array().unwrap().len(), 0, "{}", run.stderr);
+        assert!(begin.elapsed() >= Duration::from_millis(1500), "faster than time");
+        assert_eq!(run.number("ticks"), 1.5 * f64::from(rate_hz));
+        for count in ["missed_deadlines", "reused_commands", "late_max_us"] {
+            assert!(run.number(count) >= 0.0);
+        }
+    }
+}
+
+#[test]
+fn commands_that_do_not_come_are_reused_and_the_schedule_is_kept() {
+    let run = Swarm::fly("paper-4.1").with("--real-time --duration 2").start();
+    run.wait_for_second(0.3);
+    let agent = run.signal(Part::Agent(UavId(2)), Signal::STOP);
+    run.wait_for_second(0.6);
+    send(agent, Signal::CONT);
+    let run = run.finish();
+    assert!(run.number("reused_commands") >= 25.0, "{:#}", run.summary);
+    assert_eq!(run.number("ticks"), 200.0);
+    let modes: Vec<String> = run.log().states(2).into_iter().map(|state| state.mode).collect();
+    assert!(modes.iter().all(|mode| mode == "commanded"), "0.3 s of silence is below the command timeout");
+}
+
+#[test]
+fn a_world_that_stalls_counts_every_deadline_and_makes_up_for_none() {
+    let run = Swarm::fly("paper-4.1").with("--real-time --duration 2").start();
+    run.wait_for_second(0.3);
+    let begin = Instant::now();
+    let world = run.signal(Part::World, Signal::STOP);
+    std::thread::sleep(Duration::from_millis(500));
+    send(world, Signal::CONT);
+    let run = run.finish();
+    assert!(run.number("missed_deadlines") >= 45.0, "{:#}", run.summary);
+    assert!(run.number("late_max_us") >= 450_000.0);
+    // 1.7 s were still to fly, and the half second was not caught up.
+    assert!(begin.elapsed() >= Duration::from_millis(2100), "{:?}", begin.elapsed());
+}
