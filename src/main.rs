@@ -60,7 +60,7 @@ fn main() -> ExitCode {
         Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("ringwing: {who}{error:#}");
+        eprintln!("ringwing: {who}{error}");
         ExitCode::from(if error.is::<ringwing_scenario::ScenarioError>() { WRONG_USAGE } else { FAILED })
     })
 }

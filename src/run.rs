@@ -31,7 +31,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NUMBER")]
     uavs: Option<u32>,
     /// Simulated length of the flight
-    #[arg(long, value_name = "SECONDS")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
     /// Keep to the wall clock instead of flying as fast as the machine allows
     #[arg(long)]

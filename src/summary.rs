@@ -210,10 +210,19 @@ fn write_pair(f: &mut fmt::Formatter<'_>, what: &str, pair: Option<ClosestPair>)
 fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt::Result {
     let repelled = match obstacle.repelled.as_slice() {
         [] => "repelled nobody".to_owned(),
-        uavs => format!("repelled uav {}", uavs.iter().map(u32::to_string).collect::<Vec<_>>().join(", ")),
+        uavs => format!("repelled uav {}", hardest_first(uavs)),
     };
     let who = format!("uav {} at {:.2} s; {repelled}", obstacle.uav, obstacle.time_s);
     line(f, &format!("clearance of {}", obstacle.name), &metres(Some(obstacle.clearance_m)), &who)
+}
+
+/// Some numbers, and how many more.
+fn hardest_first(uavs: &[u32]) -> String {
+    const SHOWN: usize = 6;
+    let shown: Vec<String> = uavs.iter().take(SHOWN).map(u32::to_string).collect();
+    let more = uavs.len().saturating_sub(SHOWN);
+    let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+    shown.join(", ") + &rest
 }
 
 fn write_saturation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {

@@ -2,8 +2,8 @@
 
 use crate::Pilot;
 use ringwing_messages::{
-    BusError, Command, DomainId, LeaderState, Member, Part, Publisher, Sensed, Stamps, Subscriber, UavId,
-    UavState, Wait, channel, gate::Patience, monotonic_ns,
+    BusError, Command, DomainId, LeaderState, Member, Part, Publisher, Sensed, Stamps, Subscriber, Tick,
+    UavId, UavState, Wait, channel, gate::Patience, monotonic_ns,
 };
 use ringwing_scenario::{Scenario, ScenarioError};
 
@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
     let mut seen = None;
     while let Wait::Tick(tick) = gate.wait(seen, &mut patience, member.stop()) {
         let woke_ns = monotonic_ns();
-        ports.receive(&mut pilot)?;
+        ports.receive(&mut pilot, tick)?;
         let read_ns = monotonic_ns();
         if let Some(decision) = pilot.fly(tick) {
             let stamps = Stamps { woke_ns, read_ns, sent_ns: monotonic_ns() };
@@ -92,10 +92,24 @@ impl Ports {
         })
     }
 
-    fn receive(&self, pilot: &mut Pilot) -> Result<(), BusError> {
-        self.sensed.drain(|sensed, _| pilot.sense(sensed))?;
-        self.previous.drain(|state, _| pilot.hear_previous(state))?;
-        self.next.drain(|state, _| pilot.hear_next(state))?;
-        self.leader.drain(|state, _| pilot.hear_leader(state))
+    /// Takes in this tick's senses, and what the others sent until the tick before.
+    fn receive(&self, pilot: &mut Pilot, now: Tick) -> Result<(), BusError> {
+        let newest = |sent: Tick| sent.next() >= now;
+        self.sensed.drain_until(|sensed, _| {
+            pilot.sense(sensed);
+            sensed.tick >= now
+        })?;
+        self.previous.drain_until(|state, _| {
+            pilot.hear_previous(state);
+            newest(state.tick)
+        })?;
+        self.next.drain_until(|state, _| {
+            pilot.hear_next(state);
+            newest(state.tick)
+        })?;
+        self.leader.drain_until(|state, _| {
+            pilot.hear_leader(state);
+            newest(state.tick)
+        })
     }
 }

@@ -232,9 +232,20 @@ pub struct Subscriber<T: Debug + ZeroCopySend + 'static> {
 impl<T: Debug + ZeroCopySend + 'static> Subscriber<T> {
     /// Hands over everything that has come, oldest first.
     pub fn drain(&self, mut take: impl FnMut(&T, &Stamps)) -> Result<(), BusError> {
+        self.drain_until(|message, stamps| {
+            take(message, stamps);
+            false
+        })
+    }
+
+    /// Hands over what has come, oldest first, until `take` says that nothing newer is wanted: looking for more where
+    /// there can be none costs as much as finding something.
+    pub fn drain_until(&self, mut take: impl FnMut(&T, &Stamps) -> bool) -> Result<(), BusError> {
         let failed = |error| BusError::ipc(format!("service {}: cannot be read", self.name), error);
         while let Some(sample) = self.port.receive().map_err(failed)? {
-            take(sample.payload(), sample.user_header());
+            if take(sample.payload(), sample.user_header()) {
+                break;
+            }
         }
         Ok(())
     }

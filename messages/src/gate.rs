@@ -33,6 +33,8 @@ struct Page {
     target: Line<AtomicU32>,
     /// The world sleeps on `done`.
     world_sleeps: Line<AtomicU32>,
+    /// Grows whenever somebody wants the world to look at more than the answers.
+    nudges: Line<AtomicU32>,
     /// Grows with each batch of ticks that the recorder should fetch.
     batch: Line<AtomicU32>,
     /// The last tick that the recorder has fetched.
@@ -47,7 +49,7 @@ const CLOSED: u32 = u32::MAX;
 /// Sleeps are cut into pieces, so that nobody sleeps through a signal that came just before.
 const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 /// Ticks that make a batch for the recorder in lockstep.
-const BATCH_TICKS: i64 = 64;
+const BATCH_TICKS: i64 = 16;
 
 /// The page as one process sees it.
 pub struct Gate {
@@ -138,12 +140,14 @@ impl Gate {
         self.page().done.0.load(SeqCst) >= self.page().target.0.load(SeqCst)
     }
 
-    /// Waits until somebody nudges the world, at most for `limit`.
-    pub fn wait_for_nudge(&self, limit: Duration) {
-        let page = self.page();
-        page.world_sleeps.0.store(1, SeqCst);
-        sleep_on(&page.done.0, page.done.0.load(SeqCst), limit);
-        page.world_sleeps.0.store(0, SeqCst);
+    /// How often the world was nudged; where it has grown, there is news beside the answers.
+    pub fn nudges(&self) -> u32 {
+        self.page().nudges.0.load(SeqCst)
+    }
+
+    /// Waits for a nudge after the first `seen`, at most for `limit`.
+    pub fn wait_for_nudge(&self, seen: u32, limit: Duration) {
+        sleep_on(&self.page().nudges.0, seen, limit);
     }
 
     /// Ends the flight for everybody.
@@ -228,9 +232,10 @@ impl Gate {
 
     /// Wakes the world if it waits, to look again at what it waits for.
     pub fn nudge_world(&self) {
-        if self.page().world_sleeps.0.load(SeqCst) != 0 {
-            wake_all(&self.page().done.0);
-        }
+        let page = self.page();
+        page.nudges.0.fetch_add(1, SeqCst);
+        wake_all(&page.nudges.0);
+        wake_all(&page.done.0);
     }
 
     /// Asks the world to end the flight after the tick it is in.

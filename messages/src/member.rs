@@ -8,7 +8,9 @@ use iceoryx2::{
 use rustix::process::{
     Pid, Resource, Rlimit, Signal, getppid, getrlimit, set_parent_process_death_signal, setrlimit,
 };
+use rustix::thread::set_name;
 use std::{
+    ffi::CString,
     io,
     sync::{
         Arc,
@@ -51,6 +53,10 @@ impl Member {
     pub fn join(domain: &DomainId, part: Part, launcher: Option<u32>) -> Result<Self, BusError> {
         if let Some(launcher) = launcher {
             die_with(launcher)?;
+        }
+        // What `top` and `ps` show; the program itself is the same for all.
+        if let Ok(name) = CString::new(part.node_name()) {
+            let _ = set_name(&name);
         }
         let domain = Domain::join(domain)?;
         let node = create_node(&domain, &part.node_name())?;

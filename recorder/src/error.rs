@@ -14,17 +14,17 @@ pub enum RecorderError {
     #[error(transparent)]
     Bus(#[from] BusError),
     /// The scenario in the domain is not one.
-    #[error("the scenario of this run is not readable: {0}")]
+    #[error("the scenario of this run is not readable")]
     Scenario(#[from] toml::de::Error),
     /// The file system refused.
-    #[error("log {}: cannot be {action}: {source}; {}", path.display(), remedy(source))]
+    #[error("log {}: cannot be {action}: {reason}; {}", path.display(), remedy(reason))]
     Log {
         /// The log, or the part that a dead recorder left of it.
         path: PathBuf,
         /// What was tried: "written", "read", ...
         action: &'static str,
         /// The operating system's reason.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The file at the log's place is something else.
     #[error("log {}: {problem}; it is left as it is: choose another file with `--log`", path.display())]
@@ -40,11 +40,11 @@ impl RecorderError {
     /// For `map_err`: `action` failed on the file `path`.
     pub(crate) fn log<E: Into<McapError>>(path: &Path, action: &'static str) -> impl FnOnce(E) -> Self {
         move |error| {
-            let source = match error.into() {
-                McapError::Io(source) => source,
+            let reason = match error.into() {
+                McapError::Io(reason) => reason,
                 other => io::Error::other(other),
             };
-            Self::Log { path: path.to_owned(), action, source }
+            Self::Log { path: path.to_owned(), action, reason }
         }
     }
 }

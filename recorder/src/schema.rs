@@ -129,12 +129,6 @@ pub struct UavControl {
     /// The same of the leader.
     #[prost(double, optional, tag = "23")]
     pub leader_age_s: Option<f64>,
-    /// The slot that the agent steered for, as it knew the leader, east.
-    #[prost(double, tag = "24")]
-    pub slot_x_m: f64,
-    /// The same, north.
-    #[prost(double, tag = "25")]
-    pub slot_y_m: f64,
 }
 
 /// How long a tick took and where, by the wall clock, every tick: `/timing`.
@@ -204,8 +198,6 @@ impl UavControl {
             previous_age_s: terms.previous_age.ticks().map(age_s),
             next_age_s: terms.next_age.ticks().map(age_s),
             leader_age_s: terms.leader_age.ticks().map(age_s),
-            slot_x_m: terms.slot_m[0],
-            slot_y_m: terms.slot_m[1],
         }
     }
 }
@@ -300,7 +292,7 @@ mod tests {
         ) {
             let state = UavState { tick, uav, x_m: x, slot_y_m: slot, mode: "loiter".into(), ..UavState::default() };
             let control = UavControl {
-                tick, uav, speed_saturated: cut, leader_age_s: slot, slot_y_m: x, ..UavControl::default()
+                tick, uav, speed_saturated: cut, leader_age_s: slot, potential_m2: x, ..UavControl::default()
             };
             let timing = Timing { tick, late_us: x, missed_deadlines: uav, ..Timing::default() };
             prop_assert_eq!(&state, &UavState::decode(&*encoded(&state)).unwrap());

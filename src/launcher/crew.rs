@@ -228,6 +228,8 @@ impl Crew {
     /// Processes that take too long to start, or are frozen for too long where the run cannot do without them.
     pub(super) fn overdue(&self) -> Vec<(Part, &'static str)> {
         let judge = |(part, station): (&Part, &Station)| match (station.state, part) {
+            // A recorder that takes over copies a log first, however long that is; the world does not wait for ever.
+            (State::Starting, Part::Recorder) if station.replacements > 0 => None,
             (State::Starting, _)
                 if station.process.is_some() && station.since.elapsed() > self.start_timeout =>
             {

@@ -37,8 +37,9 @@ pub enum WorldError {
     Scenario(#[from] ScenarioError),
 }
 
-/// Ticks that the recorder may lag behind in lockstep; half of what it can hold.
-const RECORDER_LAG: i64 = channel::RECORDER_DEPTH.cast_signed() as i64 / 2;
+/// How far the recorder may lag behind in lockstep: what it has not fetched dies with it, and with what it has not
+/// written yet that must be less than a second.
+const RECORDER_LAG_S: f64 = 0.4;
 /// How long the world sleeps before it looks for itself at what it waits for.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
@@ -73,9 +74,12 @@ struct World<'a> {
     last_tick: Tick,
     answer_timeout: Duration,
     hold_timeout: Duration,
+    recorder_lag_ticks: i64,
     /// The recorder was given up waiting for when it had recorded this.
     stuck_at: Option<Tick>,
     failed_connections: u64,
+    /// Nudges answered so far.
+    nudges: u32,
 }
 
 impl<'a> World<'a> {
@@ -95,8 +99,10 @@ impl<'a> World<'a> {
             last_tick: Tick(scenario.last_tick()),
             answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
             hold_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s) * 2,
+            recorder_lag_ticks: (f64::from(rate_hz) * RECORDER_LAG_S).ceil() as i64,
             stuck_at: None,
             failed_connections: 0,
+            nudges: 0,
         }
     }
 
@@ -106,7 +112,7 @@ impl<'a> World<'a> {
             if self.is_stopped() {
                 return Ok(false);
             }
-            self.gate.wait_for_nudge(LOOK_AGAIN);
+            self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
             self.refresh_roster()?;
         }
         self.schedule = self.schedule.as_ref().map(|_| Schedule::new(self.rate_hz, monotonic_ns()));
@@ -141,6 +147,9 @@ impl<'a> World<'a> {
     /// Lets no time pass while a lost process is replaced, or while the recorder lags; for a bounded time.
     fn hold(&mut self) -> Result<(), BusError> {
         let since = Instant::now();
+        if self.recorder_lags() {
+            self.gate.call_recorder();
+        }
         while (self.answers.roster().hold && since.elapsed() < self.hold_timeout) || self.recorder_lags() {
             if self.is_stopped() {
                 break;
@@ -153,7 +162,7 @@ impl<'a> World<'a> {
                     "the recorder does not fetch what there is; flying on",
                 )?;
             }
-            self.gate.wait_for_nudge(LOOK_AGAIN);
+            self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
             self.refresh_roster()?;
         }
         Ok(())
@@ -162,7 +171,7 @@ impl<'a> World<'a> {
     fn recorder_lags(&self) -> bool {
         let recorded = self.gate.recorded();
         self.answers.roster().recorder
-            && self.sky.now().since(recorded) > RECORDER_LAG
+            && self.sky.now().since(recorded) > self.recorder_lag_ticks
             && self.stuck_at != Some(recorded)
     }
 
@@ -232,9 +241,13 @@ impl<'a> World<'a> {
 
     /// Takes in what has come: of each UAV the newest command.
     fn collect(&mut self) -> Result<(), BusError> {
+        let now = self.sky.now();
         for (uav, port) in UavId::all(self.ports.commands.len() as u32).zip(&self.ports.commands) {
             let mut newest = None;
-            port.drain(|command, stamps| newest = Some((*command, *stamps)))?;
+            port.drain_until(|command, stamps| {
+                newest = Some((*command, *stamps));
+                command.tick >= now
+            })?;
             let Some((command, stamps)) = newest else { continue };
             match self.sky.accept(uav, &command) {
                 Ok(()) => self.answers.note(&command, &stamps, monotonic_ns()),
@@ -242,10 +255,19 @@ impl<'a> World<'a> {
             }
         }
         let answers = &mut self.answers;
-        self.ports.leader.drain(|state, _| answers.note_leader(state.tick))
+        self.ports.leader.drain_until(|state, _| {
+            answers.note_leader(state.tick);
+            state.tick >= now
+        })
     }
 
+    /// Learns who runs, if there is news.
     fn refresh_roster(&mut self) -> Result<(), BusError> {
+        let nudges = self.gate.nudges();
+        if nudges == self.nudges {
+            return Ok(());
+        }
+        self.nudges = nudges;
         let answers = &mut self.answers;
         self.ports.roster.drain(|roster, _| answers.set_roster(roster))
     }
@@ -306,7 +328,7 @@ impl<'a> World<'a> {
             if gone || since.elapsed() > self.answer_timeout {
                 return;
             }
-            self.gate.wait_for_nudge(LOOK_AGAIN);
+            self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
         }
     }
 }

@@ -4,18 +4,17 @@ use super::ObstacleSummary;
 use crate::clock::Clock;
 use nalgebra::Point2;
 use ringwing_scenario::Obstacle;
-use std::collections::BTreeSet;
 
 /// Watches one obstacle.
 #[derive(Debug, Clone)]
 pub(super) struct ObstacleWatch {
     obstacle: Obstacle,
-    closest: Option<Closest>,
-    repelled: BTreeSet<u32>,
+    /// How near each UAV came, UAV 1 first; none for those that were never seen.
+    nearest: Vec<Option<Nearest>>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Closest {
+struct Nearest {
     distance_m: f64,
     uav: u32,
     tick: i64,
@@ -23,31 +22,36 @@ struct Closest {
 
 impl ObstacleWatch {
     pub(super) fn new(obstacle: &Obstacle) -> Self {
-        Self { obstacle: obstacle.clone(), closest: None, repelled: BTreeSet::new() }
+        Self { obstacle: obstacle.clone(), nearest: Vec::new() }
     }
 
     pub(super) fn observe(&mut self, tick: i64, places: &[(u32, Point2<f64>)]) {
         let centre = Point2::from(self.obstacle.position_m);
         for (uav, place) in places {
             let distance_m = (place - centre).norm();
-            if distance_m < self.obstacle.braking_distance_m {
-                self.repelled.insert(*uav);
+            let index = *uav as usize - 1;
+            if index >= self.nearest.len() {
+                self.nearest.resize(index + 1, None);
             }
-            if distance_m.is_finite() && self.closest.is_none_or(|closest| distance_m < closest.distance_m) {
-                self.closest = Some(Closest { distance_m, uav: *uav, tick });
+            let so_far = &mut self.nearest[index];
+            if distance_m.is_finite() && so_far.is_none_or(|so_far| distance_m < so_far.distance_m) {
+                *so_far = Some(Nearest { distance_m, uav: *uav, tick });
             }
         }
     }
 
     /// None while nobody has flown.
     pub(super) fn summary(&self, clock: Clock) -> Option<ObstacleSummary> {
-        let closest = self.closest?;
+        let mut approaches: Vec<Nearest> = self.nearest.iter().flatten().copied().collect();
+        approaches.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+        let closest = approaches.first()?;
+        let is_repelled = |one: &&Nearest| one.distance_m < self.obstacle.braking_distance_m;
         Some(ObstacleSummary {
             name: self.obstacle.name.clone(),
             clearance_m: closest.distance_m - self.obstacle.radius_m,
             uav: closest.uav,
             time_s: clock.seconds(closest.tick),
-            repelled: self.repelled.iter().copied().collect(),
+            repelled: approaches.iter().take_while(is_repelled).map(|one| one.uav).collect(),
         })
     }
 }
@@ -55,6 +59,15 @@ impl ObstacleWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whom_it_repelled_hardest_comes_first() {
+        let mut watch = ObstacleWatch::new(&crate::testing::obstacle([100.0, 0.0]));
+        let at = |uav, x| (uav, Point2::new(x, 0.0));
+        watch.observe(0, &[at(1, 100.0 - 18.0), at(2, 0.0), at(3, 100.0 - 19.0)]);
+        watch.observe(1, &[at(1, 0.0), at(3, 100.0 - 12.0)]);
+        assert_eq!(watch.summary(Clock::new(100)).map(|summary| summary.repelled), Some(vec![3, 1]));
+    }
 
     #[test]
     fn clearance_is_to_the_edge_and_negative_inside() {

@@ -69,7 +69,7 @@ pub struct ObstacleSummary {
     pub uav: u32,
     /// When.
     pub time_s: f64,
-    /// Everybody who came within its braking distance.
+    /// Everybody who came within its braking distance, the nearest, whom it repelled hardest, first.
     pub repelled: Vec<u32>,
 }
 

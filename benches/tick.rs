@@ -1,0 +1,69 @@
+//! What one agent step and one airframe step cost, without processes.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use ringwing_agent::Pilot;
+use ringwing_leader::Path;
+use ringwing_messages::{Command, Sensed, Terms, Tick, UavId};
+use ringwing_scenario::{Scenario, Source, start};
+use ringwing_world::{Airframe, Sky};
+use std::hint::black_box;
+
+fn scenario() -> Scenario {
+    let source = Source::find("paper-4.2").expect("a preset");
+    Scenario::read(&source, &[]).expect("a preset is valid")
+}
+
+/// A pilot that has heard everybody it listens to, and what it senses now, in reach of an obstacle.
+fn informed_pilot(scenario: &Scenario) -> (Pilot, Sensed) {
+    let mut scenario = scenario.clone();
+    scenario.obstacles[1].position_m = [-30.0, 0.0];
+    let mut sky = Sky::new(&scenario, &start::places(&scenario).expect("room for all"));
+    let path = Path::new(&scenario);
+    let mut pilots: Vec<Pilot> = UavId::all(6).map(|uav| Pilot::new(&scenario, uav)).collect();
+    for (uav, pilot) in UavId::all(6).zip(&mut pilots) {
+        pilot.sense(&sky.senses(uav).expect("it flies"));
+    }
+    let states: Vec<_> = pilots.iter().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
+    let mut pilot = pilots.swap_remove(0);
+    pilot.hear_previous(&states[5]);
+    pilot.hear_next(&states[1]);
+    pilot.hear_leader(&path.at(sky.now()));
+    sky.step();
+    (pilot, sky.senses(UavId(1)).expect("it flies"))
+}
+
+fn agent_step(criterion: &mut Criterion) {
+    let (mut pilot, senses) = informed_pilot(&scenario());
+    criterion.bench_function("agent step: senses to decision", |bencher| {
+        bencher.iter(|| {
+            pilot.sense(black_box(&senses));
+            pilot.fly(senses.tick)
+        });
+    });
+}
+
+fn airframe_step(criterion: &mut Criterion) {
+    let scenario = scenario();
+    let starts = start::places(&scenario).expect("room for all");
+    let mut airframe = Airframe::new(&scenario, UavId(1), &starts[0]);
+    let mut command = Command {
+        tick: Tick(0),
+        speed_m_s: 17.0,
+        turn_rate_rad_s: 0.2,
+        uav: UavId(1),
+        reserved: 0,
+        terms: Terms::NONE,
+    };
+    criterion.bench_function("airframe step: command to the next tick", |bencher| {
+        bencher.iter(|| {
+            let now = command.tick;
+            let taken = airframe.accept(black_box(&command), now);
+            airframe.step(now);
+            command.tick = now.next();
+            taken
+        });
+    });
+}
+
+criterion_group!(benches, agent_step, airframe_step);
+criterion_main!(benches);
