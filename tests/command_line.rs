@@ -80,7 +80,7 @@ fn wrong_usage_ends_with_2_and_says_what_would_be_right() {
         (&["run", "--by-hand", "pilot"], "agent-"),
         (&["run", "--set", "start.draw.separation_m=1000", "--uavs", "50"], "separation_m"),
         (&["fly"], "Usage"),
-        (&["agent", "--uav", "1", "--domain", "x"], "six"),
+        (&["agent", "--uav", "1", "--domain", "x"], "a domain's name"),
     ] {
         let (code, _, said) = output(arguments);
         assert_eq!(code, Some(2), "{arguments:?}: {said}");

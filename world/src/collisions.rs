@@ -119,8 +119,9 @@ mod tests {
 
     #[test]
     fn every_pair_is_found_that_a_full_search_finds() {
-        let places: Vec<[f64; 2]> =
-            (0..60).map(|i| [f64::from(i * 37 % 41) * 1.3, f64::from(i * 17 % 23) * 1.1]).collect();
+        // Steps of the golden ratio and of a root fill the square evenly, without order in x.
+        let place = |i: i32| [f64::from(i) * 0.618_034 % 1.0 * 30.0, f64::from(i) * 0.414_213 % 1.0 * 30.0];
+        let places: Vec<[f64; 2]> = (0..120).map(place).collect();
         let flying = airframes(&places);
         let mut expected = BTreeSet::new();
         for a in &flying {
@@ -131,7 +132,7 @@ mod tests {
             }
         }
         assert!(expected.len() > 10);
-        let found: BTreeSet<_> = Collisions::new(2.0, &[], 60).begun(&flying).into_iter().collect();
+        let found: BTreeSet<_> = Collisions::new(2.0, &[], 120).begun(&flying).into_iter().collect();
         assert_eq!(found, expected);
     }
 }
