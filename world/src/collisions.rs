@@ -121,7 +121,7 @@ mod tests {
     fn every_pair_is_found_that_a_full_search_finds() {
         // Steps of the golden ratio and of a root fill the square evenly, without order in x.
         let place = |i: i32| [f64::from(i) * 0.618_034 % 1.0 * 30.0, f64::from(i) * 0.414_213 % 1.0 * 30.0];
-        let places: Vec<[f64; 2]> = (0..120).map(place).collect();
+        let places: Vec<[f64; 2]> = (0..400).map(place).collect();
         let flying = airframes(&places);
         let mut expected = BTreeSet::new();
         for a in &flying {
@@ -132,7 +132,7 @@ mod tests {
             }
         }
         assert!(expected.len() > 10);
-        let found: BTreeSet<_> = Collisions::new(2.0, &[], 120).begun(&flying).into_iter().collect();
+        let found: BTreeSet<_> = Collisions::new(2.0, &[], 400).begun(&flying).into_iter().collect();
         assert_eq!(found, expected);
     }
 }
