@@ -23,7 +23,8 @@ fn informed_pilot(scenario: &Scenario) -> (Pilot, Sensed) {
     for (uav, pilot) in UavId::all(6).zip(&mut pilots) {
         pilot.sense(&sky.senses(uav).expect("it flies"));
     }
-    let states: Vec<_> = pilots.iter().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
+    let states: Vec<_> =
+        pilots.iter().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
     let mut pilot = pilots.swap_remove(0);
     pilot.hear_previous(&states[5]);
     pilot.hear_next(&states[1]);

@@ -47,6 +47,11 @@ const FAILED: u8 = 1;
 /// What wrong usage, or a scenario that cannot be, ends with; clap uses the same.
 const WRONG_USAGE: u8 = 2;
 
+/// Arguments that each make sense, but not together or not with this scenario.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct WrongUsage(String);
+
 fn main() -> ExitCode {
     let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
@@ -61,7 +66,8 @@ fn main() -> ExitCode {
     };
     result.unwrap_or_else(|error| {
         eprintln!("ringwing: {who}{error}");
-        ExitCode::from(if error.is::<ringwing_scenario::ScenarioError>() { WRONG_USAGE } else { FAILED })
+        let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
+        ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })
     })
 }
 

@@ -1,13 +1,17 @@
 //! `ringwing run`: flies a scenario and says how it went.
 
 use crate::{
-    FAILED,
+    FAILED, WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
     summary::Summary,
 };
 use ringwing_messages::{Part, UavId};
-use ringwing_scenario::{Scenario, ScenarioError, Setting, Source, start};
-use std::{path::PathBuf, process::ExitCode};
+use ringwing_scenario::{Scenario, Setting, Source, start};
+use std::{
+    io::{self, Write},
+    path::PathBuf,
+    process::ExitCode,
+};
 
 const DEFAULT_SCENARIO: &str = "paper-4.2";
 const DEFAULT_OUT: &str = "runs";
@@ -73,11 +77,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let outcome = launch(&plan)?;
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
     write(&outcome, &summary)?;
-    if args.json {
-        println!("{}", summary.to_json());
-    } else {
-        print!("{summary}");
-    }
+    let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
+    // A reader that has left wants no more; the exit code and summary.json are there all the same.
+    let _ = io::stdout().write_all(text.as_bytes());
     Ok(match summary.verdict {
         crate::summary::Verdict::Passed => ExitCode::SUCCESS,
         crate::summary::Verdict::Violated => ExitCode::from(VIOLATED),
@@ -85,10 +87,11 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     })
 }
 
-fn plan(args: &Args) -> Result<Plan, ScenarioError> {
+fn plan(args: &Args) -> anyhow::Result<Plan> {
     let scenario = Scenario::read(&Source::find(&args.scenario)?, &settings(args))?;
     // The world places the UAVs; that it can is better known before anything is started.
     start::places(&scenario)?;
+    check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     Ok(Plan {
         scenario,
         out: args.out.clone(),
@@ -97,6 +100,15 @@ fn plan(args: &Args) -> Result<Plan, ScenarioError> {
         by_hand: args.by_hand.iter().copied().collect(),
         quiet: args.json,
     })
+}
+
+fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
+    match parts.iter().find(|part| matches!(part, Part::Agent(uav) if uav.0 > uavs)) {
+        Some(part) => {
+            Err(WrongUsage(format!("--by-hand {}: this run has UAVs 1 to {uavs}", part.node_name())))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The overrides in the order of their strength: a flag of its own beats `--set`.

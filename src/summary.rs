@@ -1,6 +1,6 @@
 //! How a run went: the verdict, the table that people read and the JSON that scripts read.
 
-use crate::launcher::Outcome;
+use crate::launcher::{LOG, Outcome};
 use ringwing_messages::{Collision, Latency, WorldReport};
 use ringwing_recorder::{
     metrics::{ClosestPair, FlightSummary, ObstacleSummary},
@@ -112,7 +112,7 @@ impl Summary {
             unanswered_ticks: count(|world| world.unanswered_ticks),
             late_max_us: world.map(|world| world.late_max_us),
             latency: world.and_then(|world| world.latency),
-            log: recorded.then(|| outcome.folder.join("run.mcap").display().to_string()),
+            log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
             log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
             ticks_lost: flight.as_ref().map(|flight| flight.ticks_lost),
             command,

@@ -78,6 +78,7 @@ fn wrong_usage_ends_with_2_and_says_what_would_be_right() {
         (&["run", "--set", "speed"], "key=value"),
         (&["run", "--set", "wind.speed=3"], "no such key"),
         (&["run", "--by-hand", "pilot"], "agent-"),
+        (&["run", "--by-hand", "agent-99"], "UAVs 1 to 6"),
         (&["run", "--set", "start.draw.separation_m=1000", "--uavs", "50"], "separation_m"),
         (&["fly"], "Usage"),
         (&["agent", "--uav", "1", "--domain", "x"], "a domain's name"),

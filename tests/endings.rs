@@ -35,6 +35,82 @@ fn an_interrupt_before_the_flight_ends_the_run_too() {
 }
 
 #[test]
+fn an_interrupt_at_any_moment_of_the_start_leaves_nothing() {
+    for milliseconds in [0, 2, 5, 10, 20, 40, 80, 160] {
+        let out = tempfile::tempdir().unwrap();
+        let mut child = ringwing()
+            .args(["run", "--uavs", "60", "--duration", "36000", "--out"])
+            .arg(out.path())
+            .stderr(std::process::Stdio::null())
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        send(child.id(), Signal::INT);
+        let launcher = child.id();
+        wait_until("the run ends", || child.try_wait().unwrap());
+        let folders = std::fs::read_dir(out.path()).unwrap();
+        for folder in folders.map(|folder| folder.unwrap().file_name().into_string().unwrap()) {
+            let domain = folder.rsplit('-').next().unwrap().parse().unwrap();
+            assert!(
+                leftovers(&domain).is_empty(),
+                "launcher {launcher}, after {milliseconds} ms: {:?}",
+                leftovers(&domain)
+            );
+        }
+    }
+}
+
+#[test]
+fn two_interrupts_during_the_start_end_the_run() {
+    for milliseconds in [20, 60, 100, 140, 180] {
+        let run = Swarm::fly("paper-4.2").with("--uavs 60 --duration 36000").start();
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        send(run.launcher(), Signal::INT);
+        // The launcher may have ended already.
+        let _ = std::panic::catch_unwind(|| send(run.launcher(), Signal::INT));
+        run.finish().assert_ended_with(1);
+    }
+}
+
+#[test]
+fn a_world_that_is_asked_to_leave_early_has_not_flown_the_scenario() {
+    let run = Swarm::fly("paper-4.2").with("--duration 36000").start();
+    run.wait_for_second(1.0);
+    run.signal(Part::World, Signal::TERM);
+    let run = run.finish();
+    run.assert_ended_with(1);
+    assert_eq!(run.summary["failures"][0], "the world ended the flight early");
+}
+
+#[test]
+fn nobody_needs_to_read_what_it_says() {
+    let out = tempfile::tempdir().unwrap();
+    let script = format!(
+        "{} run paper-4.1 --duration 5 --out {} 2>&1 | true",
+        env!("CARGO_BIN_EXE_ringwing"),
+        out.path().display()
+    );
+    let status = Command::new("bash").args(["-o", "pipefail", "-c", &script]).status().unwrap();
+    assert!(matches!(status.code(), Some(0 | 3)), "{status}");
+}
+
+#[test]
+fn a_process_started_by_hand_ends_when_its_launcher_is_gone() {
+    let mut run = Swarm::fly("paper-4.1").with("--real-time --duration 3600 --by-hand agent-2").start();
+    let line = run.wait_for_line("waiting for: ringwing ");
+    let arguments = line.split_once("waiting for: ringwing ").unwrap().1.to_owned();
+    let mut agent = ringwing().args(arguments.split(' ')).spawn().unwrap();
+    run.wait_for_second(0.5);
+    let domain = run.domain().id().clone();
+    send(run.launcher(), Signal::KILL);
+    drop(run);
+    wait_until("the process started by hand ends", || agent.try_wait().unwrap());
+    assert!(ringwing().arg("clean").status().unwrap().success());
+    wait_until_gone(&domain);
+}
+
+#[test]
 fn a_second_interrupt_ends_even_a_run_whose_world_does_not_answer() {
     let mut run = Swarm::fly("paper-4.2").with("--duration 36000 --set answer_timeout_s=60").start();
     run.wait_for_second(1.0);

@@ -138,6 +138,61 @@ fn a_frozen_leader_is_replaced_when_it_stays_so() {
 }
 
 #[test]
+fn a_leader_that_cannot_be_replaced_any_more_ends_the_run_at_once() {
+    for mode in ["--duration 36000", "--real-time --duration 3600"] {
+        let run = Swarm::fly("paper-4.1").with(mode).with("--set supervision.replacements=0").start();
+        run.wait_for_second(1.0);
+        run.signal(Part::Leader, Signal::KILL);
+        let run = run.finish();
+        run.assert_ended_with(1);
+        assert_eq!(run.summary["failures"][0], "the leader was killed by signal 9, after 0 replacements");
+        assert_eq!(run.summary["failures"].as_array().unwrap().len(), 1, "{:#}", run.summary);
+        assert!(run.log().states(1).len() > 100);
+    }
+}
+
+#[test]
+fn an_agent_that_stays_frozen_is_flown_without_to_the_end() {
+    let run = Swarm::fly("paper-4.1").with("--duration 30").start();
+    run.wait_for_second(5.0);
+    run.signal(AGENT, Signal::STOP);
+    let run = run.finish();
+    assert_flown(&run);
+    assert!(run.stderr.contains("uav 3 was still frozen at the end; killed"), "{}", run.stderr);
+}
+
+#[test]
+fn the_flight_begins_when_all_who_live_are_ready_and_not_before() {
+    let hashes: Vec<String> = (0..3)
+        .map(|_| {
+            let run = Swarm::fly("paper-4.1").with("--uavs 30 --duration 2").start();
+            run.signal(Part::Agent(UavId(1)), Signal::KILL);
+            let run = run.finish();
+            assert_flown(&run);
+            for uav in 2..=30 {
+                assert_eq!(run.log().controls(uav).len(), 201, "uav {uav} was there from the first tick on");
+            }
+            run.text("payload_hash").to_owned()
+        })
+        .collect();
+    assert!(hashes.iter().all(|hash| *hash == hashes[0]), "{hashes:?}");
+}
+
+#[test]
+fn leaders_that_die_one_after_the_other_change_nothing_in_lockstep() {
+    let undisturbed = Swarm::fly("paper-4.2").with("--duration 200").finish();
+    let run = Swarm::fly("paper-4.2").with("--duration 200").start();
+    run.wait_for_second(5.0);
+    for _ in 0..6 {
+        let leader = run.signal(Part::Leader, Signal::KILL);
+        wait_until("a successor is ready", || (run.process(Part::Leader) != leader).then_some(()));
+    }
+    let run = run.finish();
+    assert_flown(&run);
+    assert_eq!(run.text("payload_hash"), undisturbed.text("payload_hash"));
+}
+
+#[test]
 fn a_new_recorder_takes_over_and_says_what_is_missing() {
     for (mode, ticks) in [("--duration 300", 30_000), ("--real-time --duration 4", 400)] {
         let run = Swarm::fly("paper-4.1").with(mode).start();

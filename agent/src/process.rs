@@ -94,7 +94,8 @@ impl Ports {
 
     /// Takes in this tick's senses, and what the others sent until the tick before.
     fn receive(&self, pilot: &mut Pilot, now: Tick) -> Result<(), BusError> {
-        let newest = |sent: Tick| sent.next() >= now;
+        // A fast sender's sample of this very tick is no sign that the one before has come: a successor's may overtake.
+        let newest = |sent: Tick| sent.next() == now;
         self.sensed.drain_until(|sensed, _| {
             pilot.sense(sensed);
             sensed.tick >= now

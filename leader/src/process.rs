@@ -2,7 +2,7 @@
 
 use crate::Path;
 use ringwing_messages::{
-    BusError, DomainId, Member, Part, Stamps, Wait, channel, gate::Patience, monotonic_ns,
+    BusError, DomainId, Member, Part, Stamps, Tick, Wait, channel, gate::Patience, monotonic_ns,
 };
 use ringwing_scenario::{Scenario, ScenarioError};
 
@@ -39,8 +39,12 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
     let mut seen = None;
     while let Wait::Tick(tick) = gate.wait(seen, &mut patience, member.stop()) {
         let woke_ns = monotonic_ns();
-        let state = path.at(tick);
-        publisher.send(state, Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() })?;
+        let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() };
+        if seen.is_none() {
+            // A predecessor may have taken this with it, and there are agents that still need it.
+            publisher.send(path.at(Tick(tick.0 - 1)), stamps())?;
+        }
+        publisher.send(path.at(tick), stamps())?;
         gate.answer();
         seen = Some(tick);
     }

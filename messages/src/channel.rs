@@ -8,10 +8,14 @@ use crate::{
 };
 use iceoryx2::{
     node::Node,
-    port::{DegradationAction, publisher, subscriber},
-    prelude::{ZeroCopySend, ipc},
+    port::{
+        DegradationAction,
+        publisher::{self, PublisherCreateError},
+        subscriber::{self, SubscriberCreateError},
+    },
+    prelude::{ServiceName, ZeroCopySend, ipc},
     service::{
-        builder::publish_subscribe::{Builder, PublishSubscribeOpenError as OpenError},
+        builder::publish_subscribe::PublishSubscribeOpenError as OpenError,
         port_factory::publish_subscribe::PortFactory,
     },
 };
@@ -129,13 +133,14 @@ impl<T: Debug + ZeroCopySend + 'static> Channel<T> {
         Self { name, readers: readers + SPARE, depth, _message: PhantomData }
     }
 
-    fn builder(&self, node: &Node<ipc::Service>) -> Result<Builder<T, Stamps, ipc::Service>, BusError> {
-        let name = self.name.as_str().try_into().map_err(|error| BusError::ipc(&self.name, error))?;
-        Ok(node.service_builder(&name).publish_subscribe::<T>().user_header::<Stamps>())
+    fn service_name(&self) -> Result<ServiceName, BusError> {
+        self.name.as_str().try_into().map_err(|error| BusError::ipc(&self.name, error))
     }
 
     fn create(&self, node: &Node<ipc::Service>) -> Result<Factory<T>, BusError> {
-        self.builder(node)?
+        node.service_builder(&self.service_name()?)
+            .publish_subscribe::<T>()
+            .user_header::<Stamps>()
             .max_publishers(MAX_PUBLISHERS)
             .max_subscribers(self.readers)
             .max_nodes(self.readers + MAX_PUBLISHERS)
@@ -149,40 +154,48 @@ impl<T: Debug + ZeroCopySend + 'static> Channel<T> {
 
     /// Opens the service, with patience for one that is about to appear.
     fn open(&self, node: &Node<ipc::Service>) -> Result<Factory<T>, BusError> {
-        let start = Instant::now();
-        loop {
-            match self.builder(node)?.open() {
-                Ok(factory) => return Ok(factory),
-                Err(error) if is_passing(error) && start.elapsed() < OPEN_LIMIT => {
-                    thread::sleep(Duration::from_millis(2));
-                }
-                Err(error) => {
-                    return Err(BusError::ipc(format!("service {}: cannot be opened", self.name), error));
-                }
-            }
-        }
+        let name = self.service_name()?;
+        let open = || node.service_builder(&name).publish_subscribe::<T>().user_header::<Stamps>().open();
+        patiently(open, |error| is_passing(*error))
+            .map_err(|error| BusError::ipc(format!("service {}: cannot be opened", self.name), error))
     }
 
-    /// Takes the sending end.
+    /// Takes the sending end, with patience until the place of a dead sender is free again.
     pub fn publisher(&self, node: &Node<ipc::Service>) -> Result<Publisher<T>, BusError> {
         let factory = self.open(node)?;
+        let create = || factory.publisher_builder().set_degradation_handler(|_, _| count_failure()).create();
+        let port =
+            patiently(create, |error| matches!(error, PublisherCreateError::ExceedsMaxSupportedPublishers));
         let refused =
-            |error| BusError::ipc(format!("service {}: no place for another publisher", self.name), error);
-        let port = factory.publisher_builder().set_degradation_handler(|_, _| count_failure()).create();
+            |error| BusError::ipc(format!("service {}: no place for a publisher", self.name), error);
         Ok(Publisher { port: port.map_err(refused)?, name: self.name.clone() })
     }
 
-    /// Takes a receiving end that keeps the newest `depth` samples.
+    /// Takes a receiving end that keeps the newest `depth` samples, with the same patience.
     pub fn subscriber(&self, node: &Node<ipc::Service>, depth: usize) -> Result<Subscriber<T>, BusError> {
         let factory = self.open(node)?;
+        let create = || {
+            let builder = factory.subscriber_builder().buffer_size(depth.min(self.depth));
+            builder.set_degradation_handler(|_, _| count_failure()).create()
+        };
+        let port =
+            patiently(create, |error| matches!(error, SubscriberCreateError::ExceedsMaxSupportedSubscribers));
         let refused =
-            |error| BusError::ipc(format!("service {}: no place for another subscriber", self.name), error);
-        let port = factory
-            .subscriber_builder()
-            .buffer_size(depth.min(self.depth))
-            .set_degradation_handler(|_, _| count_failure())
-            .create();
+            |error| BusError::ipc(format!("service {}: no place for a subscriber", self.name), error);
         Ok(Subscriber { port: port.map_err(refused)?, name: self.name.clone() })
+    }
+}
+
+/// Tries until it succeeds, fails for good, or [`OPEN_LIMIT`] has passed.
+fn patiently<T, E>(attempt: impl Fn() -> Result<T, E>, is_passing: impl Fn(&E) -> bool) -> Result<T, E> {
+    let start = Instant::now();
+    loop {
+        match attempt() {
+            Err(error) if is_passing(&error) && start.elapsed() < OPEN_LIMIT => {
+                thread::sleep(Duration::from_millis(2));
+            }
+            result => return result,
+        }
     }
 }
 

@@ -149,6 +149,12 @@ impl Domain {
         self.root().join("gate")
     }
 
+    /// Whether the run's launcher lives: it holds the lock.
+    pub fn has_launcher(&self) -> bool {
+        let lock = fs::File::open(self.id.lock_path());
+        lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
+    }
+
     /// The scenario of the run, as TOML.
     pub fn scenario(&self) -> Result<String, BusError> {
         let path = self.scenario_path();
@@ -231,7 +237,9 @@ fn create_lock(id: &DomainId) -> Result<Option<fs::File>, BusError> {
         Err(error) => return Err(BusError::file(path)(error)),
     };
     // Somebody who cleans up may have come in between and removed the file: then it is not ours.
-    let ours = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() && path.exists();
+    let locked = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok();
+    let inode = |meta: std::io::Result<fs::Metadata>| meta.map(|meta| meta.ino()).ok();
+    let ours = locked && inode(lock.metadata()) == inode(fs::metadata(&path));
     Ok(ours.then_some(lock))
 }
 
@@ -284,11 +292,12 @@ mod tests {
     fn a_domain_is_removed_with_its_owner_and_not_before() {
         let (owner, _gate) = DomainOwner::create("name = \"x\"").unwrap();
         let id = owner.domain().id().clone();
-        assert!(!remove_abandoned().contains(&id));
+        assert!(!remove_abandoned().contains(&id) && owner.domain().has_launcher());
         assert_eq!(Domain::join(&id).unwrap().scenario().unwrap(), "name = \"x\"");
         drop(owner);
         assert!(!id.root().exists() && !id.lock_path().exists());
         assert!(Domain::join(&id).is_err());
+        assert!(!Domain { id }.has_launcher());
     }
 
     #[test]

@@ -102,11 +102,16 @@ impl Gate {
     // --- the world's side ---
 
     /// Opens `tick`, to be answered by `expected` processes. Everything they need must be published before.
+    ///
+    /// A closed gate stays closed: the flight is over, whoever ended it.
     pub fn open_tick(&self, tick: Tick, expected: u32) {
         let page = self.page();
         page.target.0.store(expected, SeqCst);
         page.done.0.store(0, SeqCst);
-        page.round.0.store(round_of(tick), SeqCst);
+        let open = |round| (round != CLOSED).then_some(round_of(tick));
+        if page.round.0.fetch_update(SeqCst, SeqCst, open).is_err() {
+            return;
+        }
         if page.sleepers.0.load(SeqCst) > 0 {
             wake_all(&page.round.0);
         }
@@ -350,6 +355,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let gate = Gate::create(&folder.path().join("gate")).unwrap();
         (folder, Arc::new(gate))
+    }
+
+    #[test]
+    fn a_closed_gate_stays_closed() {
+        let (_folder, gate) = shared_gate();
+        gate.open_tick(Tick(0), 1);
+        gate.close();
+        gate.open_tick(Tick(1), 1);
+        assert!(gate.is_closed());
     }
 
     #[test]

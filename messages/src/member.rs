@@ -16,6 +16,8 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering::Relaxed},
     },
+    thread,
+    time::Duration,
 };
 
 /// Set once the process is asked to stop.
@@ -31,6 +33,19 @@ impl StopFlag {
                 .map_err(|source| BusError::System { what: "cannot handle signals", source })?;
         }
         Ok(flag)
+    }
+
+    /// Sets the flag once `condition` no longer holds; looks twice a second.
+    fn set_unless(&self, condition: impl Fn() -> bool + Send + 'static) -> Result<(), BusError> {
+        let flag = self.0.clone();
+        let watch = move || {
+            while condition() {
+                thread::sleep(Duration::from_millis(500));
+            }
+            flag.store(true, Relaxed);
+        };
+        let failed = |source| BusError::System { what: "cannot start a thread", source };
+        thread::Builder::new().spawn(watch).map(drop).map_err(failed)
     }
 
     /// Whether the process is asked to stop.
@@ -49,7 +64,8 @@ pub struct Member {
 }
 
 impl Member {
-    /// Joins `domain` as `part`; ends with the process `launcher` if one is given.
+    /// Joins `domain` as `part`; the kernel ends it with the process `launcher` if that is given, and it ends by itself
+    /// when the domain no longer has a launcher.
     pub fn join(domain: &DomainId, part: Part, launcher: Option<u32>) -> Result<Self, BusError> {
         if let Some(launcher) = launcher {
             die_with(launcher)?;
@@ -60,7 +76,12 @@ impl Member {
         }
         let domain = Domain::join(domain)?;
         let node = create_node(&domain, &part.node_name())?;
-        Ok(Self { part, domain, node, stop: StopFlag::on_signals()? })
+        let stop = StopFlag::on_signals()?;
+        if launcher.is_none() {
+            let domain = domain.clone();
+            stop.set_unless(move || domain.has_launcher())?;
+        }
+        Ok(Self { part, domain, node, stop })
     }
 
     /// The run's place in shared memory.

@@ -13,6 +13,9 @@ use std::{
     time::{Duration, Instant},
 };
 
+/// How many times as long as a start the copy of a log may take.
+const LONGEST_COPY: u32 = 30;
+
 /// How a process ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
@@ -49,8 +52,6 @@ pub(crate) enum State {
     Starting,
     /// Ready.
     Ready,
-    /// Ready, but stopped by a signal.
-    Frozen,
     /// Not there.
     Gone,
 }
@@ -58,6 +59,9 @@ pub(crate) enum State {
 #[derive(Debug)]
 struct Station {
     state: State,
+    /// Stopped by a signal, in whatever state.
+    frozen: bool,
+    /// When `state` or `frozen` changed last.
     since: Instant,
     process: Option<u32>,
     adopted: bool,
@@ -83,6 +87,7 @@ impl Crew {
     pub(super) fn new(scenario: &Scenario, domain: &DomainId, log: Option<PathBuf>, plan: &Plan) -> Self {
         let station = || Station {
             state: State::Starting,
+            frozen: false,
             since: Instant::now(),
             process: None,
             adopted: false,
@@ -143,7 +148,8 @@ impl Crew {
             .spawn()
             .map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
         let station = self.station(part);
-        (station.state, station.since, station.adopted) = (State::Starting, Instant::now(), false);
+        (station.state, station.since) = (State::Starting, Instant::now());
+        (station.frozen, station.adopted) = (false, false);
         station.process = Some(child.id());
         Ok(())
     }
@@ -194,18 +200,24 @@ impl Crew {
 
     pub(super) fn set_frozen(&mut self, part: Part, frozen: bool) {
         let station = self.station(part);
-        (station.state, station.since) = match (station.state, frozen) {
-            (State::Ready, true) => (State::Frozen, Instant::now()),
-            (State::Frozen, false) => (State::Ready, Instant::now()),
-            (other, _) => (other, station.since),
-        };
+        (station.frozen, station.since) = (frozen, Instant::now());
+    }
+
+    /// Kills whoever is frozen: nobody else can end it. Returns who could not leave in order.
+    pub(super) fn kill_frozen(&mut self) -> Vec<Part> {
+        let frozen = self.stations.iter().filter(|(_, station)| station.frozen && station.process.is_some());
+        let frozen: Vec<Part> = frozen.map(|(part, _)| *part).collect();
+        for part in &frozen {
+            self.kill(*part);
+        }
+        frozen
     }
 
     /// Notes the end of `part`; returns whether it had been ready.
     pub(super) fn set_ended(&mut self, part: Part) -> bool {
         let station = self.station(part);
         let was_ready = station.state != State::Starting;
-        (station.state, station.process) = (State::Gone, None);
+        (station.state, station.frozen, station.process) = (State::Gone, false, None);
         was_ready
     }
 
@@ -227,20 +239,32 @@ impl Crew {
 
     /// Processes that take too long to start, or are frozen for too long where the run cannot do without them.
     pub(super) fn overdue(&self) -> Vec<(Part, &'static str)> {
-        let judge = |(part, station): (&Part, &Station)| match (station.state, part) {
-            // A recorder that takes over copies a log first, however long that is; the world does not wait for ever.
-            (State::Starting, Part::Recorder) if station.replacements > 0 => None,
-            (State::Starting, _)
-                if station.process.is_some() && station.since.elapsed() > self.start_timeout =>
+        let judge = |(part, station): (&Part, &Station)| {
+            let spent = station.since.elapsed();
+            let is_needed = matches!(part, Part::World | Part::Leader);
+            if station.state == State::Starting
+                && station.process.is_some()
+                && spent > self.start_limit(*part)
             {
                 Some((*part, "was not ready in time"))
-            }
-            (State::Frozen, Part::World | Part::Leader) if station.since.elapsed() > self.freeze_timeout => {
+            } else if station.frozen
+                && station.state == State::Ready
+                && is_needed
+                && spent > self.freeze_timeout
+            {
                 Some((*part, "stayed frozen for too long"))
+            } else {
+                None
             }
-            _ => None,
         };
         self.stations.iter().filter_map(judge).collect()
+    }
+
+    /// How long `part` may take to become ready. A recorder that takes over copies a log first.
+    fn start_limit(&self, part: Part) -> Duration {
+        let station = &self.stations[&part];
+        let copies = part == Part::Recorder && station.replacements > 0 && !station.frozen;
+        self.start_timeout * if copies { LONGEST_COPY } else { 1 }
     }
 
     pub(super) fn kill(&mut self, part: Part) {
@@ -260,14 +284,15 @@ impl Crew {
 
     /// Who runs now, for the world.
     pub(super) fn next_roster(&mut self) -> Roster {
-        let is = |part: Part, state: State| self.stations[&part].state == state;
+        let runs = |part: Part| self.stations[&part].state == State::Ready && !self.stations[&part].frozen;
         let mut roster = Roster::empty();
         roster.revision = self.roster.revision + 1;
-        roster.leader = is(Part::Leader, State::Ready);
+        roster.leader = runs(Part::Leader);
+        let recorder = self.stations[&Part::Recorder].state;
         // A frozen recorder still has its buffers: the world waits for it as for one that lags.
-        roster.recorder = is(Part::Recorder, State::Ready) || is(Part::Recorder, State::Frozen);
-        roster.hold = !is(Part::Leader, State::Ready) || is(Part::Recorder, State::Starting);
-        UavId::all(self.uavs).for_each(|uav| roster.set(uav, is(Part::Agent(uav), State::Ready)));
+        roster.recorder = recorder == State::Ready;
+        roster.hold = !runs(Part::Leader) || recorder == State::Starting;
+        UavId::all(self.uavs).for_each(|uav| roster.set(uav, runs(Part::Agent(uav))));
         self.roster = roster;
         roster
     }

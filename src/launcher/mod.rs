@@ -84,6 +84,8 @@ pub(crate) enum LaunchError {
     },
 }
 
+/// Name of the log in the run's folder.
+pub(crate) const LOG: &str = "run.mcap";
 /// Longest wait for news before looking at the gate again; short while everybody starts.
 const LOOK_AGAIN_AT_START: Duration = Duration::from_millis(1);
 const LOOK_AGAIN: Duration = Duration::from_millis(20);
@@ -93,6 +95,8 @@ const LEAVE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Flies `plan` to its end, whatever that is.
 pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let begin = Instant::now();
+    // First of all: an interrupt from here on is noticed, and ends the run in order.
+    let desk = Desk::open()?;
     ringwing_messages::domain::remove_abandoned();
     let resolved = plan.scenario.to_toml();
     let (owner, gate) = DomainOwner::create(&resolved)?;
@@ -100,9 +104,8 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let node = create_node(owner.domain(), "launcher")?;
     let _services = channel::Services::create(&node, plan.scenario.formation.uavs)?;
     let wires = Wires::open(&node)?;
-    let desk = Desk::open()?;
     let janitor = Janitor::start(owner.domain())?;
-    let log = plan.record.then(|| folder.join("run.mcap"));
+    let log = plan.record.then(|| folder.join(LOG));
     let crew = Crew::new(&plan.scenario, owner.domain().id(), log, plan);
     let progress = Progress::new(&plan.scenario, plan.quiet);
     let mut launcher = Launcher {
@@ -115,6 +118,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
         progress,
         failures: Vec::new(),
         interrupted: false,
+        started: false,
     };
     launcher.say_where(owner.domain(), &folder);
     let flown = launcher.run(begin);
@@ -166,6 +170,8 @@ struct Launcher<'a> {
     progress: Progress,
     failures: Vec<String>,
     interrupted: bool,
+    /// All processes were ready or lost once: the flight may begin.
+    started: bool,
 }
 
 /// How long starting and flying took.
@@ -195,6 +201,8 @@ impl Launcher<'_> {
         if let Err(error) = result {
             self.failures.push(error.to_string());
         }
+        // The world must not go on at a closed gate.
+        self.gate.request_stop();
         self.gate.close();
         if let Err(error) = self.see_everybody_out() {
             self.failures.push(error.to_string());
@@ -209,6 +217,7 @@ impl Launcher<'_> {
         while self.crew.is_any(State::Starting) && !self.is_over() {
             self.look(LOOK_AGAIN_AT_START)?;
         }
+        self.started = true;
         self.publish_roster()
     }
 
@@ -224,8 +233,13 @@ impl Launcher<'_> {
     /// Waits until all have left by themselves, and ends those that do not.
     fn see_everybody_out(&mut self) -> Result<(), LaunchError> {
         let since = Instant::now();
+        let mut killed = false;
         while self.crew.is_any_running() {
-            if since.elapsed() > LEAVE_TIMEOUT {
+            for part in self.crew.kill_frozen() {
+                self.progress.say(&format!("{part} was still frozen at the end; killed"));
+            }
+            if since.elapsed() > LEAVE_TIMEOUT && !killed {
+                killed = true;
                 self.failures.push(format!("{} did not leave and was killed", self.crew.running_names()));
                 self.crew.kill_all();
             }
@@ -355,7 +369,11 @@ impl Launcher<'_> {
         Ok(())
     }
 
+    /// Says who runs, once the flight may begin: with the first roster it does.
     fn publish_roster(&mut self) -> Result<(), LaunchError> {
+        if !self.started {
+            return Ok(());
+        }
         let roster = self.crew.next_roster();
         self.wires.roster.send(roster, Stamps::now())?;
         self.gate.nudge_world();
@@ -375,12 +393,20 @@ impl Launcher<'_> {
         Ok(())
     }
 
+    /// What became of the run, from what its processes left.
     fn outcome(&mut self, domain: &Domain, folder: PathBuf, flown: &Flown) -> Result<Outcome, LaunchError> {
+        // Left by a recorder that was killed while it took over; the log itself is whole.
+        let _ = std::fs::remove_file(folder.join(LOG).with_extension("mcap.part"));
         let world: Option<WorldReport> = domain.report(report::WORLD)?;
         let mut failures = std::mem::take(&mut self.failures);
         failures.append(&mut self.crew.take_failures());
-        if self.interrupted && failures.is_empty() && world.as_ref().is_none_or(|world| !world.complete) {
-            failures.push("interrupted before the end".into());
+        if failures.is_empty() && world.as_ref().is_none_or(|world| !world.complete) {
+            let why = if self.interrupted {
+                "interrupted before the end"
+            } else {
+                "the world ended the flight early"
+            };
+            failures.push(why.into());
         }
         Ok(Outcome {
             folder,

@@ -3,7 +3,10 @@
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ringwing_messages::{Event, FormationError, Level, Tick};
 use ringwing_scenario::Scenario;
-use std::time::Instant;
+use std::{
+    io::{self, Write},
+    time::Instant,
+};
 
 /// The progress line.
 pub(super) struct Progress {
@@ -40,7 +43,8 @@ impl Progress {
     /// Prints `line` above the progress line.
     pub(super) fn say(&self, line: &str) {
         if !self.quiet {
-            self.bar.suspend(|| eprintln!("ringwing: {line}"));
+            // Nobody may be left to read it; the flight goes on.
+            self.bar.suspend(|| drop(writeln!(io::stderr(), "ringwing: {line}")));
         }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! The truth is in the samples: a process has answered a tick when a sample of that tick has come from it.
 
-use ringwing_messages::{Command, Part, Roster, Stamps, Tick, TickTiming, UavId};
+use ringwing_messages::{Command, FlightMode, Part, Roster, Stamps, Tick, TickTiming, UavId};
 
 /// The answers to one tick.
 #[derive(Debug)]
@@ -22,8 +22,10 @@ struct Agent {
     answer: Option<Command>,
     /// Was given up waiting for, and has not answered since.
     silent: bool,
-    /// Is still in the sky.
-    flying: bool,
+    /// Was on the roster, and in the sky, when the tick was opened.
+    called: bool,
+    /// Flies its airframe, which needs a command.
+    commanded: bool,
 }
 
 impl Answers {
@@ -32,7 +34,10 @@ impl Answers {
             tick: Tick::APPROACH,
             opened_ns: 0,
             roster: Roster::empty(),
-            agents: vec![Agent { answer: None, silent: false, flying: true }; uavs as usize],
+            agents: vec![
+                Agent { answer: None, silent: false, called: false, commanded: true };
+                uavs as usize
+            ],
             leader_answered: false,
             leader_silent: false,
             timing: TickTiming::default(),
@@ -52,12 +57,14 @@ impl Answers {
         self.roster = *roster;
     }
 
-    /// Begins `tick`, opened at `opened_ns`, with the UAVs that `is_flying` names.
-    pub(crate) fn begin(&mut self, tick: Tick, opened_ns: u64, is_flying: impl Fn(UavId) -> bool) {
+    /// Begins `tick`, opened at `opened_ns`, with the UAVs in the `modes` given, UAV 1 first.
+    pub(crate) fn begin(&mut self, tick: Tick, opened_ns: u64, modes: impl Iterator<Item = FlightMode>) {
         (self.tick, self.opened_ns, self.leader_answered) = (tick, opened_ns, false);
         self.timing = TickTiming { tick: tick.0, ..TickTiming::default() };
-        for (uav, agent) in UavId::all(self.agents.len() as u32).zip(&mut self.agents) {
-            (agent.answer, agent.flying) = (None, is_flying(uav));
+        for ((uav, agent), mode) in UavId::all(self.agents.len() as u32).zip(&mut self.agents).zip(modes) {
+            agent.answer = None;
+            agent.called = mode != FlightMode::VANISHED && self.roster.has(uav);
+            agent.commanded = mode == FlightMode::COMMANDED;
         }
     }
 
@@ -69,7 +76,7 @@ impl Answers {
 
     fn expects(&self, uav: UavId) -> bool {
         let agent = &self.agents[uav.index()];
-        agent.flying && !agent.silent && self.roster.has(uav)
+        agent.called && !agent.silent && self.roster.has(uav)
     }
 
     /// A leader that is being replaced is waited for too: the new one answers the tick that the old one left open.
@@ -127,10 +134,10 @@ impl Answers {
         self.agents.iter().filter_map(|agent| agent.answer.as_ref())
     }
 
-    /// How long the tick took; airframes without an answer fly on an older command.
+    /// How long the tick took; commanded airframes without an answer fly on an older command.
     pub(crate) fn timing(&self) -> TickTiming {
-        let flying = self.agents.iter().filter(|agent| agent.flying).count() as u32;
-        TickTiming { reused: flying.saturating_sub(self.timing.answered), ..self.timing }
+        let reused = self.agents.iter().filter(|agent| agent.commanded && agent.answer.is_none()).count();
+        TickTiming { reused: reused as u32, ..self.timing }
     }
 }
 
@@ -150,13 +157,15 @@ mod tests {
         }
     }
 
+    const ALL_COMMANDED: [FlightMode; 3] = [FlightMode::COMMANDED; 3];
+
     fn with_everybody() -> Answers {
         let mut roster = Roster::empty();
         roster.leader = true;
         UavId::all(3).for_each(|uav| roster.set(uav, true));
         let mut answers = Answers::new(3);
         answers.set_roster(&roster);
-        answers.begin(Tick(5), 100, |_| true);
+        answers.begin(Tick(5), 100, ALL_COMMANDED.into_iter());
         answers
     }
 
@@ -181,7 +190,8 @@ mod tests {
         let mut roster = *answers.roster();
         roster.set(UavId(1), false);
         answers.set_roster(&roster);
-        answers.begin(Tick(6), 100, |uav| uav != UavId(2));
+        let vanished = [FlightMode::COMMANDED, FlightMode::VANISHED, FlightMode::COMMANDED];
+        answers.begin(Tick(6), 100, vanished.into_iter());
         assert_eq!(missing(&answers), "uav 3, leader");
         assert_eq!(answers.expected(), 2);
     }
@@ -191,11 +201,34 @@ mod tests {
         let mut answers = with_everybody();
         answers.note_leader(Tick(5));
         assert_eq!(answers.give_up().len(), 3);
-        answers.begin(Tick(6), 100, |_| true);
+        answers.begin(Tick(6), 100, ALL_COMMANDED.into_iter());
         assert_eq!(missing(&answers), "leader");
         answers.note(&command(2, 6), &Stamps::default(), 200);
-        answers.begin(Tick(7), 100, |_| true);
+        answers.begin(Tick(7), 100, ALL_COMMANDED.into_iter());
         assert_eq!(missing(&answers), "uav 2, leader");
+    }
+
+    #[test]
+    fn whoever_comes_while_a_tick_is_open_is_waited_for_from_the_next_on() {
+        let mut answers = with_everybody();
+        let mut roster = *answers.roster();
+        roster.set(UavId(1), false);
+        answers.set_roster(&roster);
+        answers.begin(Tick(6), 100, ALL_COMMANDED.into_iter());
+        roster.set(UavId(1), true);
+        answers.set_roster(&roster);
+        assert_eq!(missing(&answers), "uav 2, uav 3, leader");
+        answers.begin(Tick(7), 100, ALL_COMMANDED.into_iter());
+        assert_eq!(missing(&answers), "uav 1, uav 2, uav 3, leader");
+    }
+
+    #[test]
+    fn an_airframe_in_its_failsafe_reuses_no_command() {
+        let mut answers = with_everybody();
+        let modes = [FlightMode::LOITER, FlightMode::COMMANDED, FlightMode::COMMANDED];
+        answers.begin(Tick(6), 100, modes.into_iter());
+        answers.note(&command(2, 6), &Stamps::default(), 200);
+        assert_eq!(answers.timing().reused, 1);
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! The process that keeps time and integrates the airframes.
 
-use crate::{Sky, answers::Answers, ports::Ports, schedule::Schedule, sky::Happening, tally::Tally};
+use crate::{
+    Airframe, Sky, answers::Answers, ports::Ports, schedule::Schedule, sky::Happening, tally::Tally,
+};
 use ringwing_messages::{
     BusError, Collision, DomainId, Event, Gate, Level, Member, Part, Stamps, Tick, UavId, channel,
     gate::Patience, monotonic_ns, report,
@@ -78,6 +80,8 @@ struct World<'a> {
     /// The recorder was given up waiting for when it had recorded this.
     stuck_at: Option<Tick>,
     failed_connections: u64,
+    /// No replacement came in time, and none is waited for until there is one.
+    gave_up_holding: bool,
     /// Nudges answered so far.
     nudges: u32,
 }
@@ -102,6 +106,7 @@ impl<'a> World<'a> {
             recorder_lag_ticks: (f64::from(rate_hz) * RECORDER_LAG_S).ceil() as i64,
             stuck_at: None,
             failed_connections: 0,
+            gave_up_holding: false,
             nudges: 0,
         }
     }
@@ -122,7 +127,8 @@ impl<'a> World<'a> {
     fn fly(&mut self) -> Result<(), BusError> {
         loop {
             if self.schedule.is_none() {
-                self.hold()?;
+                self.wait_for_replacement()?;
+                self.wait_for_lagging_recorder()?;
             }
             self.open_tick()?;
             if self.schedule.is_some() {
@@ -141,26 +147,35 @@ impl<'a> World<'a> {
     }
 
     fn is_stopped(&self) -> bool {
-        self.gate.stop_requested() || self.member.stop().is_set()
+        self.gate.stop_requested() || self.gate.is_closed() || self.member.stop().is_set()
     }
 
-    /// Lets no time pass while a lost process is replaced, or while the recorder lags; for a bounded time.
-    fn hold(&mut self) -> Result<(), BusError> {
+    /// Lets no time pass while a lost process is replaced, for a bounded time in all.
+    fn wait_for_replacement(&mut self) -> Result<(), BusError> {
         let since = Instant::now();
-        if self.recorder_lags() {
-            self.gate.call_recorder();
-        }
-        while (self.answers.roster().hold && since.elapsed() < self.hold_timeout) || self.recorder_lags() {
-            if self.is_stopped() {
-                break;
+        while self.answers.roster().hold && !self.gave_up_holding && !self.is_stopped() {
+            if since.elapsed() > self.hold_timeout {
+                self.gave_up_holding = true;
+                self.event(Level::Warning, "process.silent", "no replacement is ready in time; flying on")?;
             }
-            if self.recorder_lags() && since.elapsed() > self.answer_timeout {
+            self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
+            self.refresh_roster()?;
+        }
+        Ok(())
+    }
+
+    /// Lets no time pass while the recorder lags, for a bounded time each time that it does.
+    fn wait_for_lagging_recorder(&mut self) -> Result<(), BusError> {
+        if !self.recorder_lags() {
+            return Ok(());
+        }
+        let since = Instant::now();
+        self.gate.call_recorder();
+        while self.recorder_lags() && !self.is_stopped() {
+            if since.elapsed() > self.answer_timeout {
                 self.stuck_at = Some(self.gate.recorded());
-                self.event(
-                    Level::Warning,
-                    "recorder.silent",
-                    "the recorder does not fetch what there is; flying on",
-                )?;
+                let text = "the recorder does not fetch what there is; flying on";
+                self.event(Level::Warning, "recorder.silent", text)?;
             }
             self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
             self.refresh_roster()?;
@@ -186,8 +201,8 @@ impl<'a> World<'a> {
             }
         }
         self.refresh_roster()?;
-        let (now, airframes) = (self.sky.now(), self.sky.airframes());
-        self.answers.begin(now, opened_ns, |uav| airframes[uav.index()].is_flying());
+        let now = self.sky.now();
+        self.answers.begin(now, opened_ns, self.sky.airframes().iter().map(Airframe::mode));
         self.gate.open_tick(now, self.answers.expected());
         Ok(())
     }
@@ -202,7 +217,8 @@ impl<'a> World<'a> {
                 return Ok(());
             }
             self.refresh_roster()?;
-            let limit = if self.answers.roster().hold { self.hold_timeout } else { self.answer_timeout };
+            let holds = self.answers.roster().hold && !self.gave_up_holding;
+            let limit = if holds { self.hold_timeout } else { self.answer_timeout };
             if since.elapsed() > limit || self.is_stopped() {
                 return self.give_up();
             }
@@ -269,7 +285,9 @@ impl<'a> World<'a> {
         }
         self.nudges = nudges;
         let answers = &mut self.answers;
-        self.ports.roster.drain(|roster, _| answers.set_roster(roster))
+        self.ports.roster.drain(|roster, _| answers.set_roster(roster))?;
+        self.gave_up_holding &= self.answers.roster().hold;
+        Ok(())
     }
 
     /// Counts the tick, and says how long it took.
