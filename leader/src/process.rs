@@ -40,7 +40,7 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
     while let Wait::Tick(tick) = gate.wait(seen, &mut patience, member.stop()) {
         let woke_ns = monotonic_ns();
         let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() };
-        if seen.is_none() {
+        if seen.is_none() && tick > Tick::APPROACH {
             // A predecessor may have taken this with it, and there are agents that still need it.
             publisher.send(path.at(Tick(tick.0 - 1)), stamps())?;
         }
