@@ -205,7 +205,9 @@ fn a_new_recorder_takes_over_and_says_what_is_missing() {
         let lost = ticks + 1 - states.len();
         // A second that was not flushed, and in real time the moment until the new one listened.
         assert!(lost > 0 && lost <= 150, "{lost} ticks lost");
-        assert_eq!(run.number("ticks_lost"), lost as f64);
+        // Counted, and in real time also the ticks on either side of which not all had come.
+        let counted = run.number("ticks_lost") as usize;
+        assert!((lost..=lost + 2).contains(&counted), "{lost} lost, {counted} counted");
         assert!(states.windows(2).all(|pair| pair[0].tick < pair[1].tick), "in order, nothing twice");
         assert_eq!(states[0].tick, 0);
         let files: Vec<_> =
