@@ -28,16 +28,16 @@ enum Verb {
     Scenario(scenario_command::Verb),
     /// Remove what killed runs left in shared memory
     Clean,
-    /// [process] Fly one UAV of a run
+    /// (process) Fly one UAV of a run
     #[command(display_order = 100)]
     Agent(ringwing_agent::Args),
-    /// [process] Integrate the airframes of a run and keep its time
+    /// (process) Integrate the airframes of a run and keep its time
     #[command(display_order = 101)]
     World(ringwing_world::Args),
-    /// [process] Fly the virtual leader of a run
+    /// (process) Fly the virtual leader of a run
     #[command(display_order = 102)]
     Leader(ringwing_leader::Args),
-    /// [process] Record a run to MCAP and measure it
+    /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::Args),
 }
