@@ -1,9 +1,9 @@
 //! The recorder: writes a run to one MCAP file and measures the flight.
 //!
-//! [`process`] listens to everybody; [`frame`] puts what it hears together, tick by tick; [`schema`] says how a tick
-//! looks in the log, [`log`] writes it, always openable, on the file of [`sink`]; [`takeover`] rescues the log of a
-//! recorder that died, with [`salvage`] to read it and [`replay`] to learn from it; [`gap`] counts what was lost;
-//! [`metrics`] measures the flight and [`verdict`] judges it; [`recording`] holds these together.
+//! `process` listens to everybody; `frame` puts what it hears together, tick by tick; `schema` says how a tick
+//! looks in the log, `log` writes it, always openable, on the file of `sink`; `takeover` rescues the log of a
+//! recorder that died, with `salvage` to read it and `replay` to learn from it; `gap` counts what was lost;
+//! `metrics` measures the flight and `verdict` judges it; `recording` holds these together.
 //!
 //! Never changes the flight: it sends nothing that an airframe, an agent or the leader hears.
 
