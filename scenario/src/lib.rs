@@ -25,8 +25,8 @@ mod validate;
 
 pub use formation::Formation;
 pub use model::{
-    Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Law, Leader, Obstacle, Requirements,
-    Scenario, Sensing, Start, StartState, Supervision, Time,
+    Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Georeference, Law, Leader, Obstacle,
+    Requirements, Scenario, Sensing, Start, StartState, Supervision, Time,
 };
 pub use motion::{Pose, direction, wrap};
 pub use preset::Preset;

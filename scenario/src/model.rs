@@ -23,6 +23,8 @@ pub struct Scenario {
     pub leader: Leader,
     /// What each airframe can do.
     pub airframe: Airframe,
+    /// Where on the earth it flies.
+    pub georeference: Georeference,
     /// What each UAV can sense.
     pub sensing: Sensing,
     /// How long the run waits for a process.
@@ -137,6 +139,18 @@ pub enum Failsafe {
     Hold,
     /// Leaves the sky.
     Vanish,
+}
+
+/// Where on the earth the local frame's origin lies, for maps alone: nothing that flies depends on it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Georeference {
+    /// Of the origin, north positive.
+    pub latitude_deg: f64,
+    /// Of the origin, east positive.
+    pub longitude_deg: f64,
+    /// Above the WGS 84 ellipsoid, of everything that flies.
+    pub altitude_m: f64,
 }
 
 /// What each UAV can sense.
@@ -279,6 +293,7 @@ impl Default for Scenario {
             control: Control::default(),
             leader: Leader::default(),
             airframe: Airframe::default(),
+            georeference: Georeference::default(),
             sensing: Sensing::default(),
             supervision: Supervision::default(),
             requirements: Requirements::default(),
@@ -329,6 +344,12 @@ impl Default for Airframe {
             failsafe: Failsafe::Loiter,
             collision_distance_m: 2.0,
         }
+    }
+}
+
+impl Default for Georeference {
+    fn default() -> Self {
+        Self { latitude_deg: 47.3977, longitude_deg: 8.5456, altitude_m: 500.0 }
     }
 }
 

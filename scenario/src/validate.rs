@@ -31,6 +31,7 @@ pub(crate) fn faults(scenario: &Scenario) -> Vec<Fault> {
     faults.extend(control(scenario));
     faults.extend(leader(scenario));
     faults.extend(airframe(scenario));
+    faults.extend(georeference(scenario));
     faults.extend(supervision(scenario));
     faults.extend(requirements(scenario));
     faults.extend(draw(scenario));
@@ -145,6 +146,18 @@ fn command_timeout(scenario: &Scenario) -> Option<Fault> {
             ),
         )
     })
+}
+
+/// The tangent plane of [`Georeference`](crate::Georeference) has an east only away from the poles.
+fn georeference(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+    let georeference = &scenario.georeference;
+    [
+        quantity("georeference.latitude_deg", georeference.latitude_deg).within(-85.0..=85.0),
+        quantity("georeference.longitude_deg", georeference.longitude_deg).within(-180.0..=180.0),
+        quantity("georeference.altitude_m", georeference.altitude_m).within(-500.0..=100_000.0),
+    ]
+    .into_iter()
+    .flatten()
 }
 
 fn supervision(scenario: &Scenario) -> impl Iterator<Item = Fault> {

@@ -35,7 +35,7 @@ fn the_defaults_and_the_example_are_sound() {
 fn every_bound_of_a_single_quantity_is_kept() {
     type Change = fn(&mut Scenario, f64);
     // The key, how to change it, what is just possible, and what is not.
-    let bounds: [(&str, Change, &[f64], &[f64]); 21] = [
+    let bounds: [(&str, Change, &[f64], &[f64]); 24] = [
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
         ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
@@ -49,6 +49,14 @@ fn every_bound_of_a_single_quantity_is_kept() {
         ("airframe.speed_min_m_s", |s, v| s.airframe.speed_min_m_s = v, &[1e-9], &[0.0, -1.0]),
         ("airframe.turn_rate_max_rad_s", |s, v| s.airframe.turn_rate_max_rad_s = v, &[1e-9], &[0.0, -1.0]),
         ("airframe.collision_distance_m", |s, v| s.airframe.collision_distance_m = v, &[0.0], &[-1.0]),
+        ("georeference.latitude_deg", |s, v| s.georeference.latitude_deg = v, &[-85.0, 85.0], &[-85.1, 90.0]),
+        (
+            "georeference.longitude_deg",
+            |s, v| s.georeference.longitude_deg = v,
+            &[-180.0, 180.0],
+            &[-180.1, 181.0],
+        ),
+        ("georeference.altitude_m", |s, v| s.georeference.altitude_m = v, &[-500.0, 1e5], &[-501.0, 1.1e5]),
         ("sensing.range_m", |s, v| s.sensing.range_m = v, &[10.0], &[9.9]),
         ("supervision.start_timeout_s", |s, v| s.supervision.start_timeout_s = v, &[3600.0], &[0.0, 3601.0]),
         ("supervision.answer_timeout_s", |s, v| s.supervision.answer_timeout_s = v, &[1e-3], &[-1.0, 3601.0]),
