@@ -3,11 +3,14 @@
 //! Knows only what the log holds, so that the same numbers come out of a log that is read again. Only UAVs that fly on
 //! command count as being in the formation; whatever is in the sky counts where things come close.
 
+mod coherence;
+mod lyapunov;
 mod obstacles;
 mod pairs;
 mod settling;
 mod summary;
 
+pub use coherence::Coherence;
 pub use pairs::{Pair, Pairs};
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
 
@@ -16,6 +19,7 @@ use crate::{
     frame::{Frame, UavFrame},
     schema::{UavControl, UavState},
 };
+use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
@@ -40,6 +44,14 @@ pub struct Moment {
     pub radius_error_max_m: Option<f64>,
     /// Who is closest to whom.
     pub closest: Pairs,
+    /// The smallest distance to the edge of an obstacle; negative inside.
+    pub clearance_m: Option<f64>,
+    /// How much the swarm is one.
+    pub coherence: Coherence,
+    /// V of Eq. (7), from the true states of those that fly on command.
+    pub lyapunov_m2: Option<f64>,
+    /// How often V rose so far although nobody was saturated or repelled.
+    pub lyapunov_rises: u64,
 }
 
 /// Everything measured of a flight so far.
@@ -52,6 +64,7 @@ pub struct Metrics {
     settling: Settling,
     closest: ClosestSoFar,
     obstacles: Vec<ObstacleWatch>,
+    lyapunov: LyapunovWatch,
     commands: Commands,
     envelope: Option<Envelope>,
     ticks: u64,
@@ -90,6 +103,7 @@ impl Metrics {
             settling: Settling::new(scenario.time.rate_hz),
             closest: ClosestSoFar::default(),
             obstacles: scenario.obstacles.iter().map(ObstacleWatch::new).collect(),
+            lyapunov: LyapunovWatch::new(scenario),
             commands: Commands::default(),
             envelope: None,
             ticks: 0,
@@ -105,6 +119,8 @@ impl Metrics {
         self.sky.clear();
         self.sky.extend(in_the_sky(frame).map(|state| (state.uav, place(state))));
         self.moment = self.measure(frame);
+        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
+        self.moment.lyapunov_rises = self.lyapunov.rises();
         self.settling.observe(frame.tick, self.moment.slot_error_max_m);
         self.closest.observe(frame.tick, &self.moment.closest);
         for obstacle in &mut self.obstacles {
@@ -149,6 +165,9 @@ impl Metrics {
             neighbour_error_max_m: largest(neighbours.filter_map(neighbour_error)),
             radius_error_max_m: largest(in_formation().filter_map(radius_error)),
             closest: Pairs::among(&self.sky, frame.uavs.len() as u32),
+            clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
+            coherence: Coherence::of(frame),
+            ..Moment::default()
         }
     }
 

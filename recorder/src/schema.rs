@@ -58,6 +58,8 @@ pub struct UavState {
 }
 
 /// What an agent asked of its airframe and how that came about, every tick: `/uav/001/control`.
+///
+/// The terms of `f_i` are rounded to single precision; commands, repulsion and potential are as they were, to the bit.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct UavControl {
     /// The tick whose senses it answers.
@@ -171,24 +173,26 @@ impl UavControl {
     pub(crate) fn of(uav: u32, command: &Command, rate_hz: u32) -> Self {
         let terms = &command.terms;
         let age_s = |ticks: u32| f64::from(ticks) / f64::from(rate_hz);
-        let [previous_x, previous_y] = terms.previous_force_m;
-        let [next_x, next_y] = terms.next_force_m;
+        let [previous_x, previous_y] = terms.previous_force_m.map(single);
+        let [next_x, next_y] = terms.next_force_m.map(single);
+        let [centre_x, centre_y] = terms.centre_force_m.map(single);
+        let [slot_x, slot_y] = terms.slot_force_m.map(single);
         let [repulsion_x, repulsion_y] = terms.repulsion_m;
         Self {
             tick: command.tick.0,
             uav,
             speed_command_m_s: command.speed_m_s,
             turn_rate_command_rad_s: command.turn_rate_rad_s,
-            neighbour_force_x_m: previous_x + next_x,
-            neighbour_force_y_m: previous_y + next_y,
+            neighbour_force_x_m: single(previous_x + next_x),
+            neighbour_force_y_m: single(previous_y + next_y),
             previous_force_x_m: previous_x,
             previous_force_y_m: previous_y,
             next_force_x_m: next_x,
             next_force_y_m: next_y,
-            centre_force_x_m: terms.centre_force_m[0],
-            centre_force_y_m: terms.centre_force_m[1],
-            slot_force_x_m: terms.slot_force_m[0],
-            slot_force_y_m: terms.slot_force_m[1],
+            centre_force_x_m: centre_x,
+            centre_force_y_m: centre_y,
+            slot_force_x_m: slot_x,
+            slot_force_y_m: slot_y,
             repulsion_x_m: repulsion_x,
             repulsion_y_m: repulsion_y,
             repulsion_m: repulsion_x.hypot(repulsion_y),
@@ -200,6 +204,11 @@ impl UavControl {
             leader_age_s: terms.leader_age.ticks().map(age_s),
         }
     }
+}
+
+/// A force as the log has it: the mantissa of a single, whose remaining zeros compress away; a third of the file otherwise.
+fn single(force_m: f64) -> f64 {
+    f64::from(force_m as f32)
 }
 
 impl From<&TickTiming> for Timing {
@@ -250,6 +259,10 @@ pub(crate) fn line(clock: Clock, tick: i64, level: Level, name: &str, text: &str
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{
+        faults::Faults,
+        swarm::{SwarmMetrics, SwarmState},
+    };
     use foxglove::{
         Encode,
         prost_types::{FileDescriptorSet, field_descriptor_proto::Type},
@@ -273,7 +286,15 @@ mod tests {
 
     #[test]
     fn other_programs_find_the_fields_where_they_were() {
-        let outlines = [outline::<UavState>(), outline::<UavControl>(), outline::<Timing>()].join("\n");
+        let outlines = [
+            outline::<UavState>(),
+            outline::<UavControl>(),
+            outline::<Timing>(),
+            outline::<Faults>(),
+            outline::<SwarmMetrics>(),
+            outline::<SwarmState>(),
+        ]
+        .join("\n");
         assert_eq!(outlines, include_str!("schema.golden").trim_end());
     }
 

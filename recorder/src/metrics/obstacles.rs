@@ -40,6 +40,13 @@ impl ObstacleWatch {
         }
     }
 
+    /// The smallest distance from its edge to any of these places.
+    pub(super) fn clearance_m(&self, places: &[(u32, Point2<f64>)]) -> Option<f64> {
+        let centre = Point2::from(self.obstacle.position_m);
+        let squared = places.iter().map(|(_, place)| (place - centre).norm_squared()).reduce(f64::min)?;
+        Some(squared.sqrt() - self.obstacle.radius_m)
+    }
+
     /// None while nobody has flown.
     pub(super) fn summary(&self, clock: Clock) -> Option<ObstacleSummary> {
         let mut approaches: Vec<Nearest> = self.nearest.iter().flatten().copied().collect();

@@ -1,0 +1,178 @@
+//! Where on the earth a place of the local frame is, for the map panel: `/geo/leader` and `/geo/uavs`.
+//!
+//! The local frame is the plane that touches the WGS 84 ellipsoid at the scenario's origin, x east and y north. Places are
+//! looked up exactly, through earth-centred coordinates; the height is the scenario's everywhere.
+
+use crate::{clock::Clock, frame::Frame, palette};
+use foxglove::messages::{GeoJson, LocationFix};
+use nalgebra::{Point2, Point3, Vector3};
+use ringwing_messages::LeaderState;
+use ringwing_scenario::{Georeference, Obstacle};
+use serde_json::{Value, json};
+use std::f64::consts::TAU;
+
+/// Semi-major axis of WGS 84.
+const A_M: f64 = 6_378_137.0;
+/// Its eccentricity, squared.
+const E2: f64 = 6.694_379_990_141_316e-3;
+/// Each round of the latitude's iteration gains two to three digits.
+const ROUNDS: usize = 6;
+/// Corners of an obstacle on the map.
+const CORNERS: u32 = 24;
+/// More obstacles than this would be most of the message.
+const OBSTACLES: usize = 16;
+
+/// A place on the earth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Geodetic {
+    /// North positive.
+    pub(crate) latitude_deg: f64,
+    /// East positive.
+    pub(crate) longitude_deg: f64,
+}
+
+/// The tangent plane.
+#[derive(Debug, Clone)]
+pub(crate) struct Earth {
+    origin: Point3<f64>,
+    east: Vector3<f64>,
+    north: Vector3<f64>,
+    altitude_m: f64,
+    /// Outlines of the obstacles, ready for the map.
+    obstacles: Vec<Value>,
+}
+
+impl Earth {
+    /// The plane that touches the earth at `georeference`, with what stands on it.
+    pub(crate) fn new(georeference: &Georeference, obstacles: &[Obstacle]) -> Self {
+        let (latitude, longitude) =
+            (georeference.latitude_deg.to_radians(), georeference.longitude_deg.to_radians());
+        let (sin_lat, cos_lat) = (libm::sin(latitude), libm::cos(latitude));
+        let (sin_lon, cos_lon) = (libm::sin(longitude), libm::cos(longitude));
+        let n = A_M / (1.0 - E2 * sin_lat * sin_lat).sqrt();
+        let mut earth = Self {
+            origin: Point3::new(n * cos_lat * cos_lon, n * cos_lat * sin_lon, n * (1.0 - E2) * sin_lat),
+            east: Vector3::new(-sin_lon, cos_lon, 0.0),
+            north: Vector3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat),
+            altitude_m: georeference.altitude_m,
+            obstacles: Vec::new(),
+        };
+        earth.obstacles =
+            obstacles.iter().take(OBSTACLES).map(|obstacle| earth.obstacle_on_map(obstacle)).collect();
+        earth
+    }
+
+    /// Where `place` of the plane is.
+    pub(crate) fn locate(&self, place: Point2<f64>) -> Geodetic {
+        let point = self.origin + self.east * place.x + self.north * place.y;
+        let from_axis = libm::hypot(point.x, point.y);
+        let mut latitude = libm::atan2(point.z, from_axis * (1.0 - E2));
+        for _ in 0..ROUNDS {
+            let sin = libm::sin(latitude);
+            let n = A_M / (1.0 - E2 * sin * sin).sqrt();
+            latitude = libm::atan2(point.z + E2 * n * sin, from_axis);
+        }
+        Geodetic {
+            latitude_deg: latitude.to_degrees(),
+            longitude_deg: libm::atan2(point.y, point.x).to_degrees(),
+        }
+    }
+
+    /// The leader on the map.
+    pub(crate) fn leader_fix(&self, leader: &LeaderState, clock: Clock) -> LocationFix {
+        let Geodetic { latitude_deg, longitude_deg } = self.locate(leader.position_m.into());
+        LocationFix {
+            timestamp: Some(clock.timestamp(leader.tick.0)),
+            frame_id: "map".into(),
+            latitude: latitude_deg,
+            longitude: longitude_deg,
+            altitude: self.altitude_m,
+            color: Some(palette::BRIGHT.in_scene(1.0)),
+            ..LocationFix::default()
+        }
+    }
+
+    /// The UAVs and the obstacles on the map.
+    pub(crate) fn uavs_on_map(&self, frame: &Frame) -> GeoJson {
+        let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).map(|state| {
+            let colour = palette::colour(state.uav).hex();
+            feature(
+                &format!("uav {}", state.uav),
+                &json!({ "type": "Point", "coordinates": self.coordinates(Point2::new(state.x_m, state.y_m)) }),
+                &json!({ "color": colour, "fillColor": colour, "fillOpacity": 1.0, "opacity": 1.0 }),
+            )
+        });
+        let features: Vec<Value> = self.obstacles.iter().cloned().chain(uavs).collect();
+        GeoJson { geojson: json!({ "type": "FeatureCollection", "features": features }).to_string() }
+    }
+
+    fn obstacle_on_map(&self, obstacle: &Obstacle) -> Value {
+        let corner = |number: u32| {
+            let bearing = TAU * f64::from(number % CORNERS) / f64::from(CORNERS);
+            let out = nalgebra::Vector2::new(libm::cos(bearing), libm::sin(bearing)) * obstacle.radius_m;
+            self.coordinates(Point2::from(obstacle.position_m) + out)
+        };
+        let outline: Vec<Value> = (0..=CORNERS).map(corner).collect();
+        feature(
+            &obstacle.name,
+            &json!({ "type": "Polygon", "coordinates": [outline] }),
+            &json!({ "color": palette::ALARM.hex() }),
+        )
+    }
+
+    /// To a centimetre, which is finer than any map and shorter than a double in full.
+    fn coordinates(&self, place: Point2<f64>) -> Value {
+        let Geodetic { latitude_deg, longitude_deg } = self.locate(place);
+        let rounded = |degrees: f64| (degrees * 1e7).round() / 1e7;
+        json!([rounded(longitude_deg), rounded(latitude_deg)])
+    }
+}
+
+fn feature(name: &str, geometry: &Value, style: &Value) -> Value {
+    json!({ "type": "Feature", "geometry": geometry, "properties": { "name": name, "style": style } })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use proptest::prelude::*;
+
+    fn earth() -> Earth {
+        Earth::new(&Georeference::default(), &[testing::obstacle([100.0, 0.0])])
+    }
+
+    #[test]
+    fn known_distances_are_known_angles() {
+        // One degree of longitude on the equator, and a minute of latitude at 45 degrees.
+        let equator = Georeference { latitude_deg: 0.0, longitude_deg: 10.0, altitude_m: 0.0 };
+        let east = Earth::new(&equator, &[]).locate(Point2::new(111.319_490_793, 0.0));
+        assert!((east.longitude_deg - 10.001).abs() < 1e-9 && east.latitude_deg.abs() < 1e-12);
+        let middle = Georeference { latitude_deg: 45.0, ..equator };
+        let north = Earth::new(&middle, &[]).locate(Point2::new(0.0, 1852.0));
+        assert!((north.latitude_deg - 45.0 - 1.0 / 60.0).abs() < 5e-6, "{north:?}");
+    }
+
+    #[test]
+    fn the_map_shows_who_flies_and_what_stands_in_the_way() {
+        let scenario = testing::ring_of(3, 40.0);
+        let mut frame = testing::at_rest(&scenario, 0);
+        frame.uavs[1].state = None;
+        let map: Value = serde_json::from_str(&earth().uavs_on_map(&frame).geojson).unwrap();
+        let names: Vec<_> =
+            map["features"].as_array().unwrap().iter().map(|one| &one["properties"]["name"]).collect();
+        assert_eq!(names, ["tower", "uav 1", "uav 3"]);
+        let outline = map["features"][0]["geometry"]["coordinates"][0].as_array().unwrap();
+        assert_eq!((outline.len(), outline.first()), (25, outline.last()));
+    }
+
+    proptest! {
+        #[test]
+        fn the_origin_is_where_the_scenario_says(latitude in -85.0..85.0_f64, longitude in -180.0..180.0_f64) {
+            let georeference = Georeference { latitude_deg: latitude, longitude_deg: longitude, altitude_m: 0.0 };
+            let there = Earth::new(&georeference, &[]).locate(Point2::origin());
+            prop_assert!((there.latitude_deg - latitude).abs() < 1e-9);
+            prop_assert!((there.longitude_deg - longitude).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! Panels and how they share the screen.
+
+use serde_json::{Map, Value, json};
+
+/// The panels of a layout, each with its settings.
+#[derive(Debug, Default)]
+pub(super) struct Panels {
+    configs: Map<String, Value>,
+}
+
+impl Panels {
+    /// Adds a panel of that `kind`, and names it for the arrangement.
+    pub(super) fn add(&mut self, kind: &str, title: &str, mut config: Value) -> Value {
+        let id = format!("{kind}!{}", self.configs.len());
+        for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
+            config[key] = title.into();
+        }
+        self.configs.insert(id.clone(), config);
+        id.into()
+    }
+
+    /// All settings, by panel.
+    pub(super) fn into_configs(self) -> Map<String, Value> {
+        self.configs
+    }
+}
+
+/// Two parts side by side, the first with so many per cent of the width.
+pub(super) fn beside(first: Value, per_cent: f64, second: Value) -> Value {
+    split("row", first, per_cent, second)
+}
+
+/// One part above another, the first with so many per cent of the height.
+pub(super) fn above(first: Value, per_cent: f64, second: Value) -> Value {
+    split("column", first, per_cent, second)
+}
+
+fn split(direction: &str, first: Value, per_cent: f64, second: Value) -> Value {
+    let settings = [
+        ("direction", direction.into()),
+        ("first", first),
+        ("second", second),
+        ("splitPercentage", per_cent.into()),
+    ];
+    Value::from_iter(settings)
+}
+
+/// Parts of equal height, from the top.
+pub(super) fn stacked(mut parts: Vec<Value>) -> Value {
+    let mut stack = parts.pop().unwrap_or_default();
+    let mut height = 1.0;
+    while let Some(part) = parts.pop() {
+        height += 1.0;
+        stack = above(part, 100.0 / height, stack);
+    }
+    stack
+}
+
+/// A tab and what is in it.
+pub(super) fn tab(title: &str, layout: &Value) -> Value {
+    json!({ "title": title, "layout": layout })
+}

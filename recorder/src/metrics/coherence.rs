@@ -1,0 +1,124 @@
+//! How much the swarm is one: headings, links, the age of what its members know, and how hard they are driven.
+
+use super::is_commanded;
+use crate::{
+    frame::{Frame, UavFrame},
+    schema::UavControl,
+};
+
+/// One moment of it; what does not exist is absent.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Coherence {
+    /// How well headings agree: the length of the mean of their directions, 1 when all are the same.
+    pub order: Option<f64>,
+    /// Pieces that the ring is in, among those that fly on command: 1 while it is connected.
+    pub ring_pieces: u32,
+    /// Share of this tick's commands that Eq. (12) cut.
+    pub saturated_share: Option<f64>,
+    /// The oldest data that an agent used, of a neighbour or the leader.
+    pub age_max_s: Option<f64>,
+    /// The mean age of all that were used.
+    pub age_mean_s: Option<f64>,
+}
+
+impl Coherence {
+    /// The swarm in `frame`.
+    pub(super) fn of(frame: &Frame) -> Self {
+        let (age_max_s, age_mean_s) = ages(frame);
+        Self {
+            order: order(frame),
+            ring_pieces: ring_pieces(frame),
+            saturated_share: saturated_share(frame),
+            age_max_s,
+            age_mean_s,
+        }
+    }
+}
+
+fn commanded(frame: &Frame) -> impl Iterator<Item = &UavFrame> {
+    frame.uavs.iter().filter(|uav| flies_on_command(uav))
+}
+
+fn flies_on_command(uav: &UavFrame) -> bool {
+    uav.state.as_ref().is_some_and(is_commanded)
+}
+
+fn controls(frame: &Frame) -> impl Iterator<Item = &UavControl> {
+    commanded(frame).filter_map(|uav| uav.control.as_ref())
+}
+
+fn order(frame: &Frame) -> Option<f64> {
+    let headings = commanded(frame).filter_map(|uav| uav.state.as_ref()).map(|state| state.heading_rad);
+    let (count, x, y) = headings.fold((0, 0.0, 0.0), |(count, x, y), heading| {
+        (count + 1, x + libm::cos(heading), y + libm::sin(heading))
+    });
+    (count > 0).then(|| libm::hypot(x, y) / f64::from(count)).filter(|order| order.is_finite())
+}
+
+/// Each link that is missing cuts the ring once more; the first cut leaves it in one piece.
+fn ring_pieces(frame: &Frame) -> u32 {
+    let neighbours = frame.uavs.iter().zip(frame.uavs.iter().cycle().skip(1));
+    let links =
+        neighbours.filter(|(one, next)| flies_on_command(one) && flies_on_command(next)).count() as u32;
+    let count = commanded(frame).count() as u32;
+    if links == count { count.min(1) } else { count - links }
+}
+
+fn saturated_share(frame: &Frame) -> Option<f64> {
+    let (all, cut) = controls(frame).fold((0, 0), |(all, cut), control| {
+        (all + 1, cut + u32::from(control.speed_saturated || control.turn_rate_saturated))
+    });
+    (all > 0).then(|| f64::from(cut) / f64::from(all))
+}
+
+fn ages(frame: &Frame) -> (Option<f64>, Option<f64>) {
+    let ages = controls(frame)
+        .flat_map(|control| [control.previous_age_s, control.next_age_s, control.leader_age_s])
+        .flatten();
+    let (count, largest, sum) =
+        ages.fold((0, 0.0_f64, 0.0), |(count, largest, sum), age| (count + 1, largest.max(age), sum + age));
+    let some = |value: f64| (count > 0).then_some(value);
+    (some(largest), some(sum / f64::from(count.max(1))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at_rest, ring_of};
+
+    #[test]
+    fn the_formation_at_rest_is_one() {
+        let coherence = Coherence::of(&at_rest(&ring_of(5, 40.0), 3));
+        assert_eq!(
+            (coherence.order, coherence.ring_pieces, coherence.saturated_share),
+            (Some(1.0), 1, Some(0.0))
+        );
+        assert_eq!(
+            (coherence.age_max_s, coherence.age_mean_s.map(|age| age < 0.011)),
+            (Some(0.01), Some(true))
+        );
+    }
+
+    #[test]
+    fn a_ring_that_is_cut_twice_is_in_two_pieces() {
+        let mut frame = at_rest(&ring_of(6, 40.0), 3);
+        frame.uavs[0].state = None;
+        assert_eq!(Coherence::of(&frame).ring_pieces, 1);
+        frame.uavs[3].state.as_mut().unwrap().mode = "loiter".into();
+        assert_eq!(Coherence::of(&frame).ring_pieces, 2);
+        frame.uavs.iter_mut().for_each(|uav| uav.state = None);
+        assert_eq!(Coherence::of(&frame), Coherence::default());
+    }
+
+    #[test]
+    fn opposite_headings_cancel() {
+        let mut frame = at_rest(&ring_of(4, 40.0), 0);
+        for uav in &mut frame.uavs[..2] {
+            uav.state.as_mut().unwrap().heading_rad = std::f64::consts::PI;
+        }
+        frame.uavs[0].control.as_mut().unwrap().turn_rate_saturated = true;
+        let coherence = Coherence::of(&frame);
+        assert!(coherence.order.unwrap() < 1e-12);
+        assert_eq!(coherence.saturated_share, Some(0.25));
+    }
+}

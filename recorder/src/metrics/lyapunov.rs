@@ -1,0 +1,155 @@
+//! V of Eq. (7) at the true states, and how often it rose where Theorem 1 says that it does not.
+//!
+//! Written out again, and not taken from the agents' law: the recorder judges what they flew, and knows no agent. A pair
+//! counts where both fly on command; half of it at each of the two.
+
+use super::is_commanded;
+use crate::{frame::Frame, schema::UavState};
+use ringwing_scenario::Scenario;
+
+/// Rounding may lift V by this share of it.
+const ROUNDING: f64 = 1e-9;
+
+/// Follows V.
+#[derive(Debug, Clone)]
+pub(super) struct LyapunovWatch {
+    formation_gain: f64,
+    slot_gain: f64,
+    spacing_m: f64,
+    radius_m: f64,
+    leader_speed_m_s: f64,
+    leader_heading_rad: f64,
+    rises: u64,
+    last: Option<Last>,
+}
+
+/// V at the tick before.
+#[derive(Debug, Clone, Copy)]
+struct Last {
+    tick: i64,
+    value_m2: f64,
+    commanded: u32,
+    /// Everybody then flew the law as it is proven.
+    proven: bool,
+}
+
+impl LyapunovWatch {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let formation = scenario.formation();
+        Self {
+            formation_gain: scenario.control.formation_gain,
+            slot_gain: scenario.control.slot_gain,
+            spacing_m: formation.spacing_m(),
+            radius_m: formation.radius_m(),
+            leader_speed_m_s: scenario.leader.speed_m_s,
+            leader_heading_rad: scenario.leader.heading_deg.to_radians(),
+            rises: 0,
+            last: None,
+        }
+    }
+
+    /// V in `frame`, in which so many are `commanded`.
+    pub(super) fn observe(&mut self, frame: &Frame, commanded: u32) -> Option<f64> {
+        let value = self.candidate(frame).filter(|value| value.is_finite());
+        let before = self.last.take();
+        if let (Some(value_m2), Some(before)) = (value, before) {
+            let follows = before.tick + 1 == frame.tick && before.commanded == commanded;
+            let rose = value_m2 > before.value_m2 + ROUNDING * (1.0 + before.value_m2);
+            self.rises += u64::from(follows && before.proven && rose);
+        }
+        let proven = is_proven(frame);
+        self.last = value.map(|value_m2| Last { tick: frame.tick, value_m2, commanded, proven });
+        value
+    }
+
+    /// How often V rose from one tick to the next although nobody was saturated or repelled.
+    pub(super) fn rises(&self) -> u64 {
+        self.rises
+    }
+
+    /// None where nobody flies on command, or a distance is not known.
+    fn candidate(&self, frame: &Frame) -> Option<f64> {
+        let count = frame.uavs.len();
+        let commanded =
+            |index: usize| frame.uavs[index % count].state.as_ref().filter(|state| is_commanded(state));
+        let mut sum = None;
+        for index in 0..count {
+            let Some(state) = commanded(index) else { continue };
+            let previous = commanded(index + count - 1).and(state.previous_distance_m);
+            let next = commanded(index + 1).and(state.next_distance_m);
+            *sum.get_or_insert(0.0) += self.share_of(state, [previous, next])?;
+        }
+        sum
+    }
+
+    fn share_of(&self, state: &UavState, neighbours: [Option<f64>; 2]) -> Option<f64> {
+        let stretch = |distance_m: f64, rest_m: f64| self.formation_gain * (distance_m - rest_m).powi(2);
+        let pairs: f64 = neighbours.iter().flatten().map(|distance| stretch(*distance, self.spacing_m)).sum();
+        let centre = stretch(state.leader_distance_m?, self.radius_m);
+        let slot = self.slot_gain * state.slot_error_m?.powi(2);
+        let heading = self.leader_speed_m_s * (1.0 - libm::cos(state.heading_rad - self.leader_heading_rad));
+        Some(0.25 * pairs + 0.5 * centre + 0.5 * slot + heading)
+    }
+}
+
+/// Whether everybody flies Eq. (6) as it is: nothing cut by Eq. (12), nothing added by Eq. (13).
+fn is_proven(frame: &Frame) -> bool {
+    let in_formation = frame.uavs.iter().filter(|uav| uav.state.as_ref().is_some_and(is_commanded));
+    in_formation.map(|uav| uav.control.as_ref()).all(|control| {
+        control.is_some_and(|control| {
+            !control.speed_saturated && !control.turn_rate_saturated && control.repulsion_m == 0.0
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at_rest, ring_of};
+
+    fn displaced(scenario: &Scenario, tick: i64, slot_error_m: f64) -> Frame {
+        let mut frame = at_rest(scenario, tick);
+        frame.uavs[0].state.as_mut().unwrap().slot_error_m = Some(slot_error_m);
+        frame
+    }
+
+    #[test]
+    fn the_formation_has_the_least_and_each_term_its_weight() {
+        let scenario = ring_of(4, 10.0);
+        let mut watch = LyapunovWatch::new(&scenario);
+        assert!(watch.observe(&at_rest(&scenario, 0), 4).unwrap() < 1e-20);
+        assert!((watch.observe(&displaced(&scenario, 1, 3.0), 4).unwrap() - 4.5).abs() < 1e-9);
+        let mut frame = at_rest(&scenario, 2);
+        let state = frame.uavs[0].state.as_mut().unwrap();
+        (state.next_distance_m, state.heading_rad) = (Some(12.0), std::f64::consts::PI);
+        // A quarter of G (2 m)^2, and twice the leader's speed.
+        assert!((watch.observe(&frame, 4).unwrap() - (0.25 * 2.0 * 4.0 + 30.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_rise_counts_where_nothing_excuses_it() {
+        let scenario = ring_of(3, 40.0);
+        let mut watch = LyapunovWatch::new(&scenario);
+        let mut excused = displaced(&scenario, 1, 2.0);
+        excused.uavs[1].control.as_mut().unwrap().speed_saturated = true;
+        let frames = [displaced(&scenario, 0, 1.0), excused, displaced(&scenario, 2, 3.0)];
+        let rises: Vec<_> = frames
+            .iter()
+            .map(|frame| {
+                watch.observe(frame, 3);
+                watch.rises()
+            })
+            .collect();
+        assert_eq!(rises, [0, 1, 1]);
+        watch.observe(&displaced(&scenario, 4, 9.0), 3);
+        assert_eq!(watch.rises(), 1, "a tick is missing");
+    }
+
+    #[test]
+    fn without_anybody_there_is_no_value() {
+        let scenario = ring_of(3, 40.0);
+        let mut frame = at_rest(&scenario, 0);
+        frame.uavs.iter_mut().for_each(|uav| uav.state = None);
+        assert_eq!(LyapunovWatch::new(&scenario).observe(&frame, 0), None);
+    }
+}

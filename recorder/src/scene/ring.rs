@@ -1,0 +1,93 @@
+//! The ring's links: each half coloured by how old the data are that its UAV has of the other.
+
+use super::{LEADER, entity, flat, line, seen_from, whole};
+use crate::{
+    clock::Clock,
+    frame::Frame,
+    palette::{self, Rgb},
+    schema::UavState,
+};
+use foxglove::messages::{Color, LinePrimitive, Point3, SceneUpdate, line_primitive::Type::LineList};
+use nalgebra::Point2;
+use ringwing_messages::FlightMode;
+
+const PIXELS: f64 = 3.0;
+
+/// The links of `frame`; data as old as `stale_s` have the colour of alarm. None without a leader to go with.
+pub(crate) fn ring(frame: &Frame, stale_s: f64, clock: Clock) -> Option<SceneUpdate> {
+    let leader = frame.leader?;
+    let mut links = line(LineList, Vec::new(), PIXELS, palette::CALM, 1.0);
+    let neighbours = frame.uavs.iter().zip(frame.uavs.iter().cycle().skip(1));
+    for (one, next) in neighbours {
+        let (Some(here), Some(there)) = (&one.state, &next.state) else { continue };
+        let (from, to) = (seen_from(place(here), &leader), seen_from(place(there), &leader));
+        let middle = nalgebra::center(&from, &to);
+        let hears_next = one.control.as_ref().and_then(|control| control.next_age_s);
+        let hears_previous = next.control.as_ref().and_then(|control| control.previous_age_s);
+        add(&mut links, from, middle, hears_next.filter(|_| is_commanded(here)), stale_s);
+        add(&mut links, middle, to, hears_previous.filter(|_| is_commanded(there)), stale_s);
+    }
+    let mut ring = entity(LEADER, "links", clock, frame.tick);
+    ring.lines.push(links);
+    Some(whole(vec![ring], clock, frame.tick))
+}
+
+fn is_commanded(state: &UavState) -> bool {
+    state.mode == FlightMode::COMMANDED.name()
+}
+
+/// Nobody listens where there is no age.
+fn add(links: &mut LinePrimitive, from: Point2<f64>, to: Point2<f64>, age_s: Option<f64>, stale_s: f64) {
+    let Some(age_s) = age_s else { return };
+    let colour: Color = age_colour(age_s / stale_s).in_scene(1.0);
+    links.points.extend([point(from), point(to)]);
+    links.colors.extend([colour, colour]);
+}
+
+/// From calm by way of white to alarm: by lightness as well as by hue.
+fn age_colour(share: f64) -> Rgb {
+    if share < 0.5 {
+        palette::CALM.mixed_with(palette::BRIGHT, 2.0 * share)
+    } else {
+        palette::BRIGHT.mixed_with(palette::ALARM, 2.0 * share - 1.0)
+    }
+}
+
+fn place(state: &UavState) -> Point2<f64> {
+    Point2::new(state.x_m, state.y_m)
+}
+
+fn point(place: Point2<f64>) -> Point3 {
+    let rounded = crate::swarm::rounded;
+    flat(rounded(place.x), rounded(place.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn each_half_of_a_link_is_what_one_end_knows() {
+        let scenario = testing::ring_of(3, 40.0);
+        let mut frame = testing::at_rest(&scenario, 10);
+        frame.uavs[0].control.as_mut().unwrap().next_age_s = Some(0.5);
+        frame.uavs[1].control.as_mut().unwrap().next_age_s = None;
+        let scene = ring(&frame, 0.5, Clock::new(100)).unwrap();
+        let links = &scene.entities[0].lines[0];
+        assert_eq!((links.points.len(), links.colors.len()), (10, 10));
+        assert_eq!(links.colors[0], palette::ALARM.in_scene(1.0));
+        assert_eq!(scene.entities[0].frame_id, "leader");
+    }
+
+    #[test]
+    fn without_a_neighbour_or_a_leader_there_is_no_link() {
+        let scenario = testing::ring_of(4, 40.0);
+        let mut frame = testing::at_rest(&scenario, 10);
+        frame.uavs[0].state = None;
+        let scene = ring(&frame, 0.5, Clock::new(100)).unwrap();
+        assert_eq!(scene.entities[0].lines[0].points.len(), 8);
+        frame.leader = None;
+        assert_eq!(ring(&frame, 0.5, Clock::new(100)), None);
+    }
+}
