@@ -6,13 +6,17 @@
 use crate::{
     RecorderError,
     clock::Clock,
+    faults::Faults,
     frame::Frame,
-    schema::{self, Timing, UavControl, UavState},
+    layout, scene,
+    schema::{Timing, UavControl, UavState},
     sink::Sink,
+    swarm::{SwarmMetrics, SwarmState},
+    view::View,
 };
 use foxglove::{
     Encode,
-    messages::{Log as Line, PoseInFrame},
+    messages::{FrameTransforms, GeoJson, LocationFix, Log as Line, PoseInFrame, SceneUpdate},
 };
 use mcap::{
     Attachment, McapResult, WriteOptions, Writer,
@@ -24,7 +28,7 @@ use ringwing_scenario::Scenario;
 use std::{
     borrow::Cow,
     collections::BTreeMap,
-    fs::File,
+    fs::{self, File},
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -37,12 +41,15 @@ pub(crate) const RUN: &str = "run";
 pub(crate) const RESULT: &str = "result";
 /// The attachment to fly it again by.
 pub(crate) const SCENARIO: &str = "scenario.toml";
+/// The attachment to look at it with.
+pub(crate) const LAYOUT: &str = "foxglove-layout.json";
+/// The same beside the log.
+const LAYOUT_FILE: &str = "layout.json";
 
 const LIBRARY: &str = concat!("ringwing ", env!("CARGO_PKG_VERSION"));
 const CHUNK_BYTES: u64 = 1 << 20;
 /// With the quarter of a second that real time may keep a tick waiting for commands, no more than a second is lost.
 const FLUSHES_HZ: u32 = 2;
-const LEADER_HZ: u32 = 20;
 
 /// What a log begins with.
 #[derive(Debug, Clone, Copy)]
@@ -55,9 +62,21 @@ pub(crate) struct Opening<'a> {
     pub(crate) timing: bool,
 }
 
+/// The channels, in the order of their topics.
 struct Channels {
-    leader: u16,
+    faults: u16,
+    leader_fix: u16,
+    map: u16,
+    leader_pose: u16,
     log: u16,
+    formation: u16,
+    obstacles: u16,
+    ring: u16,
+    trails: u16,
+    uav_scene: u16,
+    metrics: u16,
+    state: u16,
+    transforms: u16,
     timing: Option<u16>,
     uavs: Vec<UavChannels>,
 }
@@ -84,7 +103,10 @@ impl Log {
     /// Makes a new log at `path`, in place of what may be there.
     pub(crate) fn create(path: &Path, opening: &Opening) -> Result<Self, RecorderError> {
         let file = File::create(path).map_err(RecorderError::log(path, "created"))?;
-        let (writer, channels) = open(file, opening).map_err(RecorderError::log(path, "written"))?;
+        let layout = layout::render(opening.scenario, opening.timing);
+        let (writer, channels) = open(file, opening, &layout).map_err(RecorderError::log(path, "written"))?;
+        let beside = path.with_file_name(LAYOUT_FILE);
+        fs::write(&beside, layout).map_err(RecorderError::log(&beside, "written"))?;
         Ok(Self {
             path: path.to_owned(),
             writer,
@@ -102,13 +124,28 @@ impl Log {
         self.messages
     }
 
-    /// Writes a tick and what happened in it, by topic.
-    pub(crate) fn write_frame(&mut self, frame: &Frame, lines: &[Line]) -> Result<(), RecorderError> {
-        self.flush_if_due(frame.tick)?;
-        if let Some(leader) = frame.leader.filter(|_| self.clock.is_due(frame.tick, LEADER_HZ)) {
-            self.write(self.channels.leader, frame.tick, &schema::leader_pose(&leader, self.clock))?;
-        }
-        self.write_lines(frame.tick, lines)?;
+    /// Writes a tick, what happened in it and what viewers are shown of it, by topic.
+    pub(crate) fn write_frame(
+        &mut self,
+        frame: &Frame,
+        lines: &[Line],
+        view: &View,
+    ) -> Result<(), RecorderError> {
+        let tick = frame.tick;
+        self.flush_if_due(tick)?;
+        self.write_some(self.channels.faults, tick, view.faults.as_ref())?;
+        self.write_some(self.channels.leader_fix, tick, view.leader_fix.as_ref())?;
+        self.write_some(self.channels.map, tick, view.map.as_ref())?;
+        self.write_some(self.channels.leader_pose, tick, view.leader_pose.as_ref())?;
+        self.write_lines(tick, lines)?;
+        self.write_some(self.channels.formation, tick, view.formation.as_ref())?;
+        self.write_some(self.channels.obstacles, tick, view.obstacles.as_ref())?;
+        self.write_some(self.channels.ring, tick, view.ring.as_ref())?;
+        self.write_some(self.channels.trails, tick, view.trails.as_ref())?;
+        self.write_some(self.channels.uav_scene, tick, view.uavs.as_ref())?;
+        self.write_some(self.channels.metrics, tick, view.metrics.as_ref())?;
+        self.write_some(self.channels.state, tick, view.state.as_ref())?;
+        self.write_some(self.channels.transforms, tick, view.transforms.as_ref())?;
         if let (Some(channel), Some(timing)) = (self.channels.timing, &frame.timing) {
             self.write(channel, frame.tick, timing)?;
         }
@@ -131,6 +168,15 @@ impl Log {
             }
         }
         Ok(())
+    }
+
+    fn write_some(
+        &mut self,
+        channel: u16,
+        tick: i64,
+        message: Option<&impl Encode>,
+    ) -> Result<(), RecorderError> {
+        message.map_or(Ok(()), |message| self.write(channel, tick, message))
     }
 
     fn write(&mut self, channel_id: u16, tick: i64, message: &impl Encode) -> Result<(), RecorderError> {
@@ -171,10 +217,20 @@ impl Log {
     /// Puts everything so far into the file.
     pub(crate) fn flush(&mut self) -> Result<(), RecorderError> {
         self.flushed = Instant::now();
+        if self.messages == 0 {
+            return Ok(());
+        }
         self.writer.flush().map_err(RecorderError::log(&self.path, "written"))
     }
 
-    /// The same, if the last time was more than `period` of wall-clock time ago.
+    /// Puts the log in the place of what lies at `path`, at once.
+    pub(crate) fn move_to(&mut self, path: &Path) -> Result<(), RecorderError> {
+        std::fs::rename(&self.path, path).map_err(RecorderError::log(&self.path, "renamed"))?;
+        path.clone_into(&mut self.path);
+        Ok(())
+    }
+
+    /// Flushes, if the last time was more than `period` of wall-clock time ago.
     pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
         if self.flushed.elapsed() > period { self.flush() } else { Ok(()) }
     }
@@ -190,7 +246,7 @@ impl Log {
     }
 }
 
-fn open(file: File, opening: &Opening) -> McapResult<(Writer<NoSeek<Sink>>, Channels)> {
+fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSeek<Sink>>, Channels)> {
     let mut writer = WriteOptions::new()
         .library(LIBRARY)
         .profile("")
@@ -203,30 +259,45 @@ fn open(file: File, opening: &Opening) -> McapResult<(Writer<NoSeek<Sink>>, Chan
         .create(NoSeek::new(Sink::new(file)))?;
     writer.write_metadata(&Metadata { name: RUN.into(), metadata: describe(opening.scenario) })?;
     let start = Clock::new(opening.scenario.time.rate_hz).log_time_ns(0);
-    writer.attach(&Attachment {
-        log_time: start,
-        create_time: start,
-        name: SCENARIO.into(),
-        media_type: "application/toml".into(),
-        data: Cow::Borrowed(opening.text.as_bytes()),
-    })?;
-    let channels = register(&mut writer, opening)?;
+    let attachments = [(SCENARIO, "application/toml", opening.text), (LAYOUT, "application/json", layout)];
+    for (name, media_type, text) in attachments {
+        writer.attach(&Attachment {
+            log_time: start,
+            create_time: start,
+            name: name.into(),
+            media_type: media_type.into(),
+            data: Cow::Borrowed(text.as_bytes()),
+        })?;
+    }
+    // Before the channels: a chunk that holds nothing else has no index, and Foxglove does not read on.
     writer.flush()?;
+    let channels = register(&mut writer, opening)?;
     Ok((writer, channels))
 }
 
 /// Makes the channels, in the order of their topics.
 fn register(writer: &mut Writer<NoSeek<Sink>>, opening: &Opening) -> McapResult<Channels> {
     let count = opening.scenario.formation.uavs;
-    let width = if count > 999 { 4 } else { 3 };
     Ok(Channels {
-        leader: channel::<PoseInFrame>(writer, "/leader/pose")?,
+        faults: channel::<Faults>(writer, "/faults")?,
+        leader_fix: channel::<LocationFix>(writer, "/geo/leader")?,
+        map: channel::<GeoJson>(writer, "/geo/uavs")?,
+        leader_pose: channel::<PoseInFrame>(writer, "/leader/pose")?,
         log: channel::<Line>(writer, LOG_TOPIC)?,
+        formation: channel::<SceneUpdate>(writer, "/scene/formation")?,
+        obstacles: channel::<SceneUpdate>(writer, "/scene/obstacles")?,
+        ring: channel::<SceneUpdate>(writer, "/scene/ring")?,
+        trails: channel::<SceneUpdate>(writer, "/scene/trails")?,
+        uav_scene: channel::<SceneUpdate>(writer, "/scene/uavs")?,
+        metrics: channel::<SwarmMetrics>(writer, "/swarm/metrics")?,
+        state: channel::<SwarmState>(writer, "/swarm/state")?,
+        transforms: channel::<FrameTransforms>(writer, "/tf")?,
         timing: opening.timing.then(|| channel::<Timing>(writer, "/timing")).transpose()?,
         uavs: UavId::all(count)
             .map(|uav| {
-                let control = channel::<UavControl>(writer, &format!("/uav/{:0width$}/control", uav.0))?;
-                let state = channel::<UavState>(writer, &format!("/uav/{:0width$}/state", uav.0))?;
+                let number = scene::padded(uav.0, count);
+                let control = channel::<UavControl>(writer, &format!("/uav/{number}/control"))?;
+                let state = channel::<UavState>(writer, &format!("/uav/{number}/state"))?;
                 Ok(UavChannels { control, state })
             })
             .collect::<McapResult<_>>()?,
@@ -311,7 +382,8 @@ mod tests {
         let topics =
             |tick: u32| seen.iter().filter(|m| m.tick == tick).map(|m| m.topic.clone()).collect::<Vec<_>>();
         assert!(seen.is_sorted_by_key(|message| (message.log_time, message.topic.clone())));
-        assert_eq!(topics(0)[..3], ["/leader/pose", "/log", "/uav/001/control"]);
+        assert_eq!(topics(0)[..5], ["/faults", "/geo/leader", "/geo/uavs", "/leader/pose", "/log"]);
+        assert_eq!(topics(0)[10..14], ["/swarm/metrics", "/swarm/state", "/tf", "/uav/001/control"]);
         assert_eq!(topics(1).len(), 8);
         assert_eq!(seen.iter().filter(|message| message.topic == "/leader/pose").count(), 24);
         assert_eq!(seen[0].log_time, 1_767_225_600_000_000_000);
@@ -327,8 +399,8 @@ mod tests {
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         let topics: Vec<_> =
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
-        assert!(topics.is_sorted() && topics.len() == 2005);
-        assert_eq!(topics[3], "/uav/0001/control");
+        assert!(topics.is_sorted() && topics.len() == 2016);
+        assert_eq!(topics[14], "/uav/0001/control");
     }
 
     #[test]

@@ -12,6 +12,7 @@ use crate::{
     metrics::{FlightSummary, Moment},
     replay::Past,
     schema, takeover,
+    view::Viewer,
 };
 use foxglove::messages::Log as Line;
 use ringwing_messages::{Event, Level, WorldReport};
@@ -46,6 +47,7 @@ pub(crate) struct Recording {
     log: Option<Log>,
     metrics: Metrics,
     gaps: Gaps,
+    viewer: Viewer,
     clock: Clock,
     requirements: Requirements,
     timing: bool,
@@ -76,6 +78,7 @@ impl Recording {
             log,
             metrics: past.metrics,
             gaps: past.gaps,
+            viewer: past.viewer,
             clock: Clock::new(opening.scenario.time.rate_hz),
             requirements: opening.scenario.requirements.clone(),
             timing: opening.timing,
@@ -120,7 +123,13 @@ impl Recording {
         self.metrics.observe(frame);
         self.metrics.set_lost(self.gaps.lost());
         let lines = self.take_lines(frame.tick);
-        self.log.as_mut().map_or(Ok(()), |log| log.write_frame(frame, &lines))
+        let Some(log) = &mut self.log else { return Ok(()) };
+        for line in &lines {
+            self.viewer.hear(line);
+        }
+        self.viewer.observe(frame);
+        let view = self.viewer.view(frame, self.metrics.moment());
+        log.write_frame(frame, &lines, &view)
     }
 
     /// What happened up to `tick`, in order of time.

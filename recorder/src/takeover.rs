@@ -1,11 +1,11 @@
 //! What a new recorder does with the log of a dead one: everything readable moves into a fresh, whole log.
 //!
-//! The old file is set aside as `<log>.part` first and removed last, so that a takeover that is itself killed can begin
-//! again. Never touches a file that is not a log of this flight.
+//! The new file is `<log>.part` until it has all that the old one held, and then takes its place at once: at any moment
+//! the best log there is lies where it should. Never touches a file that is not a log of this flight.
 
 use crate::{
     RecorderError,
-    log::{Log, Opening, RESULT, RUN, SCENARIO},
+    log::{LAYOUT, Log, Opening, RESULT, RUN, SCENARIO},
     replay::Past,
     salvage::Salvage,
 };
@@ -15,14 +15,14 @@ use mcap::{
 };
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
+    fs::File,
     io::{BufReader, Read},
     path::{Path, PathBuf},
 };
 
 /// Whether a recorder died over the log at `path`.
 pub(crate) fn is_needed(path: &Path) -> bool {
-    path.exists() || part_of(path).exists()
+    path.exists()
 }
 
 /// Makes a whole log of what the dead recorder left at `path`, and lets `past` learn from it.
@@ -34,20 +34,15 @@ pub(crate) fn take_over(
     begun: bool,
     past: &mut Past,
 ) -> Result<Log, RecorderError> {
-    let part = part_of(path);
-    // Where there is a part, a takeover was killed: what lies at `path` is only its copy.
-    if !part.exists() {
-        check_is_of_this_flight(path, opening, begun)?;
-        fs::rename(path, &part).map_err(RecorderError::log(path, "renamed"))?;
-    }
-    let mut copy = Copy::into(Log::create(path, opening)?, past);
-    for record in Salvage::new(open(&part)?) {
+    check_is_of_this_flight(path, opening, begun)?;
+    let mut copy = Copy::into(Log::create(&part_of(path), opening)?, past);
+    for record in Salvage::new(open(path)?) {
         copy.take(record)?;
     }
-    copy.past.turn_to(i64::MAX);
+    copy.past.end();
     let mut log = copy.log;
     log.flush()?;
-    fs::remove_file(&part).map_err(RecorderError::log(&part, "removed"))?;
+    log.move_to(path)?;
     Ok(log)
 }
 
@@ -110,7 +105,9 @@ impl<'a> Copy<'a> {
             Record::Metadata(metadata) if ![RUN, RESULT].contains(&metadata.name.as_str()) => {
                 self.log.extend(|writer| writer.write_metadata(&metadata))?;
             }
-            Record::Attachment { header, data, .. } if header.name != SCENARIO => {
+            Record::Attachment { header, data, .. }
+                if ![SCENARIO, LAYOUT].contains(&header.name.as_str()) =>
+            {
                 let (log_time, create_time) = (header.log_time, header.create_time);
                 let (name, media_type) = (header.name, header.media_type);
                 let attachment = Attachment { log_time, create_time, name, media_type, data };
@@ -132,7 +129,7 @@ impl<'a> Copy<'a> {
 
     fn take_message(&mut self, header: MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
         let Some((channel_id, topic)) = self.channels.get(&header.channel_id) else { return Ok(()) };
-        self.past.learn(topic, data);
+        self.past.learn(topic, header.sequence, data);
         self.log.copy(&MessageHeader { channel_id: *channel_id, ..header }, data)
     }
 }
@@ -150,6 +147,7 @@ mod tests {
     use mcap::Summary;
     use prost::Message;
     use ringwing_scenario::Scenario;
+    use std::fs;
 
     fn seen(path: &Path) -> Vec<Seen> {
         messages(&fs::read(path).unwrap())
@@ -159,6 +157,10 @@ mod tests {
         let (_folder, path) = place();
         record(&path, scenario, &flight(scenario, ticks));
         seen(&path)
+    }
+
+    fn was_told(whole: &[Seen], message: &Seen) -> bool {
+        whole.iter().any(|other| (&other.topic, other.tick) == (&message.topic, message.tick))
     }
 
     fn gaps(messages: &[Seen]) -> Vec<String> {
@@ -175,10 +177,20 @@ mod tests {
         record(&path, &scenario, &flight(&scenario, 480..700));
         let (taken_over, whole) = (seen(&path), undisturbed(&scenario, 0..700));
         assert_eq!(gaps(&taken_over), ["ticks 450 to 479 were lost with the recorder's predecessor"]);
-        let kept: Vec<_> =
-            taken_over.iter().filter(|message| gaps(std::slice::from_ref(message)).is_empty()).collect();
-        let expected: Vec<_> = whole.iter().filter(|message| !(450..480).contains(&message.tick)).collect();
+        // Scenes and faults are shown anew; trails and counts lack what was lost.
+        let tells_one_moment = |message: &&Seen| {
+            !["/faults", "/scene", "/swarm/metrics"].iter().any(|topic| message.topic.starts_with(topic))
+        };
+        let is_no_gap = |message: &&Seen| gaps(std::slice::from_ref(*message)).is_empty();
+        let kept: Vec<_> = taken_over.iter().filter(tells_one_moment).filter(is_no_gap).collect();
+        let was_kept = |message: &&Seen| !(450..480).contains(&message.tick);
+        let expected: Vec<_> = whole.iter().filter(tells_one_moment).filter(was_kept).collect();
         assert_eq!(kept, expected);
+        let shown_again: Vec<_> =
+            taken_over.iter().filter(|message| message.tick == 480 && !was_told(&whole, message)).collect();
+        for topic in ["/faults", "/scene/formation", "/scene/obstacles", "/scene/uavs"] {
+            assert!(shown_again.iter().any(|message| message.topic == topic), "{topic}");
+        }
         assert!(!part_of(&path).exists());
     }
 
@@ -193,7 +205,10 @@ mod tests {
         let (_folder, path) = place();
         let mut whole = recording(&path, &scenario);
         testing::observe(&mut whole, &frames);
-        assert_eq!(second.report(), whole.report());
+        let report = second.report();
+        // Formation, obstacles, UAVs and faults are shown once more.
+        let messages = report.messages - 4;
+        assert_eq!(crate::RecorderReport { messages, ..report }, whole.report());
     }
 
     #[test]
@@ -208,7 +223,7 @@ mod tests {
         });
         assert_eq!(gaps(&seen(&path)), expected);
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
-        assert_eq!((summary.metadata_indexes.len(), summary.attachment_indexes.len()), (2, 1));
+        assert_eq!((summary.metadata_indexes.len(), summary.attachment_indexes.len()), (2, 2));
     }
 
     #[test]
@@ -217,17 +232,14 @@ mod tests {
         let scenario = ring_of(3, 40.0);
         record_and_die(&path, &scenario, &flight(&scenario, 0..200));
         let before = seen(&path);
-        fs::rename(&path, part_of(&path)).unwrap();
-        // Killed after the renaming, within the copying, and before the removal.
-        for copied in [None, Some(300), Some(9999)] {
-            if let Some(length) = copied {
-                let old = fs::read(part_of(&path)).unwrap();
-                fs::write(&path, &old[..length.min(old.len())]).unwrap();
-            }
-            let part = fs::read(part_of(&path)).unwrap();
+        let old = fs::read(&path).unwrap();
+        // Killed within the copying, early, late, and just before the copy takes the log's place.
+        for copied in [0, 300, old.len()] {
+            fs::write(part_of(&path), &old[..copied]).unwrap();
             drop(recording(&path, &scenario));
             assert_eq!(seen(&path), before);
-            fs::write(part_of(&path), part).unwrap();
+            assert!(!part_of(&path).exists());
+            fs::write(&path, &old).unwrap();
         }
     }
 
