@@ -1,13 +1,17 @@
 //! ringwing: a swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation.
 
 mod clean;
+mod compare;
 mod launcher;
+mod recover_command;
+mod review;
 mod run;
 mod scenario_command;
 mod summary;
+mod verify;
 
 use clap::{Parser, Subcommand};
-use std::process::ExitCode;
+use std::{io::Write, process::ExitCode};
 
 /// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process.
 ///
@@ -23,6 +27,14 @@ struct Cli {
 enum Verb {
     /// Fly a scenario and say how it went
     Run(Box<run::Args>),
+    /// Tell and draw a flight from its log
+    Review(review::Args),
+    /// Fly a log's scenario again and compare every message
+    Verify(verify::Args),
+    /// Show two logs' metrics side by side
+    Compare(compare::Args),
+    /// Rebuild a log that was cut or damaged
+    Recover(recover_command::Args),
     /// List, show or check scenarios
     #[command(subcommand)]
     Scenario(scenario_command::Verb),
@@ -44,6 +56,8 @@ enum Verb {
 
 /// What a process that did not do what it was for ends with.
 const FAILED: u8 = 1;
+/// What a flight ends with that violated a requirement of its scenario.
+const VIOLATED: u8 = 3;
 /// What wrong usage, or a scenario that cannot be, ends with; clap uses the same.
 const WRONG_USAGE: u8 = 2;
 
@@ -57,6 +71,10 @@ fn main() -> ExitCode {
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),
+        Verb::Review(args) => ("", review::run(&args)),
+        Verb::Verify(args) => ("", verify::run(&args)),
+        Verb::Compare(args) => ("", compare::run(&args)),
+        Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
         Verb::Clean => ("", clean::run()),
         Verb::Agent(args) => ("agent: ", finished(ringwing_agent::run(&args))),
@@ -74,4 +92,9 @@ fn main() -> ExitCode {
 fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {
     result?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Prints `text` and ends the line; a reader that has left wants no more.
+fn tell(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
 }

@@ -1,7 +1,7 @@
 //! `ringwing run`: flies a scenario and says how it went.
 
 use crate::{
-    FAILED, WrongUsage,
+    WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
     summary::Summary,
 };
@@ -15,8 +15,6 @@ use std::{
 
 const DEFAULT_SCENARIO: &str = "paper-4.2";
 const DEFAULT_OUT: &str = "runs";
-/// What a flight ends with that violated a requirement of its scenario.
-const VIOLATED: u8 = 3;
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
@@ -80,11 +78,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
     // A reader that has left wants no more; the exit code and summary.json are there all the same.
     let _ = io::stdout().write_all(text.as_bytes());
-    Ok(match summary.verdict {
-        crate::summary::Verdict::Passed => ExitCode::SUCCESS,
-        crate::summary::Verdict::Violated => ExitCode::from(VIOLATED),
-        crate::summary::Verdict::Failed => ExitCode::from(FAILED),
-    })
+    Ok(summary.verdict.exit_code())
 }
 
 fn plan(args: &Args) -> anyhow::Result<Plan> {

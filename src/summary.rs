@@ -1,6 +1,6 @@
 //! How a run went: the verdict, the table that people read and the JSON that scripts read.
 
-use crate::launcher::{LOG, Outcome};
+use crate::{FAILED, VIOLATED, launcher::Outcome};
 use ringwing_messages::{Collision, Latency, WorldReport};
 use ringwing_recorder::{
     metrics::{ClosestPair, FlightSummary, ObstacleSummary},
@@ -8,7 +8,7 @@ use ringwing_recorder::{
 };
 use ringwing_scenario::Scenario;
 use serde::Serialize;
-use std::fmt;
+use std::{fmt, process::ExitCode};
 
 /// Swarms up to this size are listed UAV by UAV.
 const LISTED_UAVS: usize = 12;
@@ -25,6 +25,17 @@ pub(crate) enum Verdict {
     Failed,
 }
 
+impl Verdict {
+    /// What the command ends with.
+    pub(crate) fn exit_code(self) -> ExitCode {
+        match self {
+            Self::Passed => ExitCode::SUCCESS,
+            Self::Violated => ExitCode::from(VIOLATED),
+            Self::Failed => ExitCode::from(FAILED),
+        }
+    }
+}
+
 /// A run in numbers; a value that does not exist is null, never 0.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Summary {
@@ -36,8 +47,8 @@ pub(crate) struct Summary {
     real_time: bool,
     ticks: i64,
     simulated_s: f64,
-    start_s: f64,
-    wall_s: f64,
+    start_s: Option<f64>,
+    wall_s: Option<f64>,
     real_time_factor: Option<f64>,
     payload_hash: Option<String>,
     pub(crate) verdict: Verdict,
@@ -53,7 +64,7 @@ pub(crate) struct Summary {
     closest_other_m: Option<f64>,
     obstacles: Vec<ObstacleSummary>,
     collisions: Option<usize>,
-    collision_list: Vec<Collision>,
+    collision_list: Option<Vec<Collision>>,
     failsafes: Option<u32>,
     refused_commands: Option<u64>,
     reused_commands: Option<u64>,
@@ -68,16 +79,73 @@ pub(crate) struct Summary {
     flight: Option<FlightSummary>,
 }
 
+/// What a log alone tells of a run.
+#[derive(Debug, Default)]
+pub(crate) struct Told {
+    pub(crate) flight: FlightSummary,
+    pub(crate) ticks: i64,
+    pub(crate) collisions: usize,
+    pub(crate) failures: Vec<String>,
+    pub(crate) payload_hash: Option<String>,
+    pub(crate) latency: Option<Latency>,
+    pub(crate) log: String,
+    pub(crate) messages: u64,
+    pub(crate) command: String,
+}
+
 impl Summary {
     /// What became of `scenario`; `command` flies it again.
     pub(crate) fn new(scenario: &Scenario, outcome: &Outcome, recorded: bool, command: String) -> Self {
-        let flight = outcome.recorder.as_ref().map(|report| report.summary.clone());
         let world = outcome.world.as_ref();
         let (failures, violations) = judged(scenario, outcome);
-        let simulated_s = outcome.ticks as f64 / f64::from(scenario.time.rate_hz);
         let wall_s = outcome.flight_time.as_secs_f64();
-        let of = |get: fn(&FlightSummary) -> Option<f64>| flight.as_ref().and_then(get);
         let count = |get: fn(&WorldReport) -> u64| world.map(get);
+        let flight = outcome.recorder.as_ref().map(|report| report.summary.clone());
+        let flown = Self::flown(scenario, outcome.ticks, flight);
+        Self {
+            start_s: Some(outcome.start_time.as_secs_f64()),
+            wall_s: Some(wall_s),
+            real_time_factor: (wall_s > 0.0).then(|| flown.simulated_s / wall_s),
+            payload_hash: world.map(|world| world.payload_hash.clone()),
+            verdict: verdict(&failures, &violations),
+            failures,
+            violations,
+            collisions: world.map(|world| world.collisions.len()),
+            collision_list: world.map(|world| world.collisions.clone()),
+            failsafes: world.map(|world| world.failsafes),
+            refused_commands: count(|world| world.refused_commands),
+            reused_commands: count(|world| world.reused_commands),
+            missed_deadlines: count(|world| world.missed_deadlines),
+            unanswered_ticks: count(|world| world.unanswered_ticks),
+            late_max_us: world.map(|world| world.late_max_us),
+            latency: world.and_then(|world| world.latency),
+            log: recorded.then(|| outcome.folder.join("run.mcap").display().to_string()),
+            log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
+            command,
+            ..flown
+        }
+    }
+
+    /// The same from what a log tells, which knows nothing of wall-clock time.
+    pub(crate) fn of_log(scenario: &Scenario, told: Told) -> Self {
+        let violations = judge(&scenario.requirements, &told.flight, told.collisions);
+        Self {
+            verdict: verdict(&told.failures, &violations),
+            failures: told.failures,
+            violations,
+            collisions: Some(told.collisions),
+            payload_hash: told.payload_hash,
+            latency: told.latency,
+            log: Some(told.log),
+            log_messages: Some(told.messages),
+            command: told.command,
+            ..Self::flown(scenario, told.ticks, Some(told.flight))
+        }
+    }
+
+    /// What was flown; how it came about is not known yet.
+    fn flown(scenario: &Scenario, ticks: i64, flight: Option<FlightSummary>) -> Self {
+        let of = |get: fn(&FlightSummary) -> Option<f64>| flight.as_ref().and_then(get);
         Self {
             scenario: scenario.name.clone(),
             seed: scenario.seed,
@@ -85,15 +153,15 @@ impl Summary {
             law: scenario.control.law,
             rate_hz: scenario.time.rate_hz,
             real_time: scenario.time.real_time,
-            ticks: outcome.ticks,
-            simulated_s,
-            start_s: outcome.start_time.as_secs_f64(),
-            wall_s,
-            real_time_factor: (wall_s > 0.0).then(|| simulated_s / wall_s),
-            payload_hash: world.map(|world| world.payload_hash.clone()),
-            verdict: verdict(&failures, &violations),
-            failures,
-            violations,
+            ticks,
+            simulated_s: ticks as f64 / f64::from(scenario.time.rate_hz),
+            start_s: None,
+            wall_s: None,
+            real_time_factor: None,
+            payload_hash: None,
+            verdict: Verdict::Failed,
+            failures: Vec::new(),
+            violations: Vec::new(),
             settling_s: of(|flight| flight.settling_s),
             slot_error_max_m: of(|flight| flight.slot_error_max_m),
             slot_error_rms_m: of(|flight| flight.slot_error_rms_m),
@@ -103,19 +171,19 @@ impl Summary {
             closest_adjacent_m: of(|flight| flight.closest_adjacent.map(|pair| pair.distance_m)),
             closest_other_m: of(|flight| flight.closest_other.map(|pair| pair.distance_m)),
             obstacles: flight.as_ref().map(|flight| flight.obstacles.clone()).unwrap_or_default(),
-            collisions: world.map(|world| world.collisions.len()),
-            collision_list: world.map(|world| world.collisions.clone()).unwrap_or_default(),
-            failsafes: world.map(|world| world.failsafes),
-            refused_commands: count(|world| world.refused_commands),
-            reused_commands: count(|world| world.reused_commands),
-            missed_deadlines: count(|world| world.missed_deadlines),
-            unanswered_ticks: count(|world| world.unanswered_ticks),
-            late_max_us: world.map(|world| world.late_max_us),
-            latency: world.and_then(|world| world.latency),
-            log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
-            log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
+            collisions: None,
+            collision_list: None,
+            failsafes: None,
+            refused_commands: None,
+            reused_commands: None,
+            missed_deadlines: None,
+            unanswered_ticks: None,
+            late_max_us: None,
+            latency: None,
+            log: None,
+            log_messages: None,
             ticks_lost: flight.as_ref().map(|flight| flight.ticks_lost),
-            command,
+            command: String::new(),
             flight,
         }
     }
@@ -246,14 +314,14 @@ impl Summary {
             let more = format!("latest {late_us:.0} us, {reused} commands used again");
             line(f, "missed deadlines", &missed.to_string(), &more)?;
         }
+        self.write_pace(f)
+    }
+
+    fn write_pace(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Some(wall), Some(start)) = (self.wall_s, self.start_s) else { return Ok(()) };
         let factor = self.real_time_factor.map_or_else(|| "-".into(), |factor| format!("{factor:.0}x"));
-        let (flown, wall, start) = (self.simulated_s, self.wall_s, self.start_s);
-        line(
-            f,
-            "real-time factor",
-            &factor,
-            &format!("{flown:.1} s in {wall:.2} s, after a start of {start:.2} s"),
-        )
+        let more = format!("{:.1} s in {wall:.2} s, after a start of {start:.2} s", self.simulated_s);
+        line(f, "real-time factor", &factor, &more)
     }
 
     fn write_verdict(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -14,4 +14,5 @@ mod losses;
 mod paper;
 mod real_time;
 mod sizes;
+mod tools;
 mod wiring;

@@ -1,0 +1,199 @@
+//! A flight as its log tells it: measured again, and in columns to draw.
+//!
+//! Knows nothing but the log: the same file gives the same numbers on any machine.
+
+use crate::summary::{Summary, Told};
+use foxglove::messages::Log as Event;
+use ringwing_messages::Latency;
+use ringwing_recorder::{
+    Metrics,
+    frame::UavFrame,
+    reader::{ReadError, Reader, Replayed},
+};
+use ringwing_scenario::Scenario;
+use std::path::Path;
+
+/// A value for each tick, absent where there is none.
+pub(crate) type Column = Vec<Option<f64>>;
+
+/// One UAV, tick by tick.
+#[derive(Debug, Default)]
+pub(crate) struct Track {
+    pub(crate) x_m: Column,
+    pub(crate) y_m: Column,
+    pub(crate) next_distance_m: Column,
+    pub(crate) leader_distance_m: Column,
+    pub(crate) slot_error_m: Column,
+    pub(crate) speed_m_s: Column,
+    pub(crate) turn_rate_rad_s: Column,
+    pub(crate) repulsion_m: Column,
+    /// Of the oldest data it used.
+    pub(crate) age_s: Column,
+}
+
+/// Something that happened.
+#[derive(Debug, Clone)]
+pub(crate) struct Happening {
+    pub(crate) time_s: f64,
+    pub(crate) name: String,
+    pub(crate) text: String,
+}
+
+/// The whole flight.
+#[derive(Debug)]
+pub(crate) struct Flight {
+    pub(crate) scenario: Scenario,
+    pub(crate) summary: Summary,
+    pub(crate) times_s: Vec<f64>,
+    pub(crate) uavs: Vec<Track>,
+    pub(crate) leader_x_m: Column,
+    pub(crate) leader_y_m: Column,
+    pub(crate) closest_adjacent_m: Column,
+    pub(crate) closest_other_m: Column,
+    pub(crate) lyapunov_m2: Column,
+    pub(crate) round_trip_us: Column,
+    pub(crate) happenings: Vec<Happening>,
+}
+
+impl Flight {
+    /// Reads the log at `path`.
+    pub(crate) fn read(path: &Path) -> Result<Self, ReadError> {
+        let mut reader = Reader::open(path)?;
+        let scenario = reader.scenario()?;
+        let mut flight = Self::before(scenario);
+        let mut fold = Fold::new(&flight.scenario);
+        for tick in reader.ticks(flight.scenario.formation.uavs) {
+            fold.observe(&tick);
+            flight.take(&tick, &fold);
+        }
+        let told = fold.told(&reader, &flight);
+        flight.summary = Summary::of_log(&flight.scenario, told);
+        Ok(flight)
+    }
+
+    fn before(scenario: Scenario) -> Self {
+        let uavs = (0..scenario.formation.uavs).map(|_| Track::default()).collect();
+        Self {
+            summary: Summary::of_log(&scenario, Told::default()),
+            scenario,
+            times_s: Vec::new(),
+            uavs,
+            leader_x_m: Vec::new(),
+            leader_y_m: Vec::new(),
+            closest_adjacent_m: Vec::new(),
+            closest_other_m: Vec::new(),
+            lyapunov_m2: Vec::new(),
+            round_trip_us: Vec::new(),
+            happenings: Vec::new(),
+        }
+    }
+
+    fn take(&mut self, tick: &Replayed, fold: &Fold) {
+        let time_s = tick.frame.tick as f64 / f64::from(self.scenario.time.rate_hz);
+        self.happenings.extend(tick.lines.iter().map(|line| Happening::new(time_s, line)));
+        if !tick.has_uavs() {
+            return;
+        }
+        self.times_s.push(time_s);
+        for (track, uav) in self.uavs.iter_mut().zip(&tick.frame.uavs) {
+            track.take(uav);
+        }
+        self.leader_x_m.push(tick.leader.map(|leader| leader.x));
+        self.leader_y_m.push(tick.leader.map(|leader| leader.y));
+        self.round_trip_us.push(tick.frame.timing.as_ref().map(|timing| timing.round_trip_us));
+        let moment = fold.metrics.moment();
+        self.closest_adjacent_m.push(moment.closest.adjacent.map(|pair| pair.distance_m));
+        self.closest_other_m.push(moment.closest.other.map(|pair| pair.distance_m));
+        self.lyapunov_m2.push(moment.lyapunov_m2);
+    }
+}
+
+impl Happening {
+    fn new(time_s: f64, line: &Event) -> Self {
+        Self { time_s, name: line.name.clone(), text: line.message.clone() }
+    }
+}
+
+impl Track {
+    fn take(&mut self, uav: &UavFrame) {
+        let (state, control) = (uav.state.as_ref(), uav.control.as_ref());
+        self.x_m.push(state.map(|state| state.x_m));
+        self.y_m.push(state.map(|state| state.y_m));
+        self.next_distance_m.push(state.and_then(|state| state.next_distance_m));
+        self.leader_distance_m.push(state.and_then(|state| state.leader_distance_m));
+        self.slot_error_m.push(state.and_then(|state| state.slot_error_m));
+        self.speed_m_s.push(state.map(|state| state.speed_m_s));
+        self.turn_rate_rad_s.push(state.map(|state| state.turn_rate_rad_s));
+        self.repulsion_m.push(control.map(|control| control.repulsion_m));
+        let ages = control.map(|control| [control.previous_age_s, control.next_age_s, control.leader_age_s]);
+        self.age_s.push(ages.and_then(|ages| ages.into_iter().flatten().reduce(f64::max)));
+    }
+}
+
+/// The flight measured while it is read.
+struct Fold {
+    metrics: Metrics,
+    expected: i64,
+    lost: u64,
+    collisions: usize,
+    messages: u64,
+}
+
+impl Fold {
+    fn new(scenario: &Scenario) -> Self {
+        Self { metrics: Metrics::new(scenario), expected: 0, lost: 0, collisions: 0, messages: 0 }
+    }
+
+    fn observe(&mut self, tick: &Replayed) {
+        self.messages += tick.messages;
+        self.collisions += tick.lines.iter().filter(|line| line.name == "collision").count();
+        if !tick.has_uavs() {
+            return;
+        }
+        let number = tick.frame.tick;
+        self.lost += (number - self.expected).max(0).cast_unsigned();
+        self.expected = number + 1;
+        self.metrics.observe(&tick.frame);
+        self.metrics.set_lost(self.lost);
+    }
+
+    fn told<R: std::io::Read + std::io::Seek>(self, reader: &Reader<R>, flight: &Flight) -> Told {
+        let log = reader.path().display().to_string();
+        Told {
+            flight: self.metrics.summary(),
+            ticks: (self.expected - 1).max(0),
+            collisions: self.collisions,
+            failures: failures(reader, flight),
+            payload_hash: reader.result().and_then(|result| result.get("world.payload_hash")).cloned(),
+            latency: latency(&flight.round_trip_us),
+            command: format!("ringwing verify {log}"),
+            log,
+            messages: self.messages,
+        }
+    }
+}
+
+/// Why the log does not tell a whole flight.
+fn failures<R: std::io::Read + std::io::Seek>(reader: &Reader<R>, flight: &Flight) -> Vec<String> {
+    let mut failures = Vec::new();
+    let damages = reader.damages();
+    for damage in &damages.told {
+        failures.push(format!("the log is damaged at byte {}: {}", damage.offset, damage.what));
+    }
+    let last_s = flight.times_s.last().copied().unwrap_or_default();
+    let whole_s = flight.scenario.time.duration_s;
+    match reader.result().and_then(|result| result.get("verdict")).map(String::as_str) {
+        None => failures.push(format!("the log breaks off at {last_s:.2} s of {whole_s:.2} s")),
+        Some("failed") => failures.push(format!("the flight was ended at {last_s:.2} s of {whole_s:.2} s")),
+        Some(_) => {}
+    }
+    failures
+}
+
+fn latency(round_trips_us: &Column) -> Option<Latency> {
+    let mut sorted: Vec<f64> = round_trips_us.iter().flatten().copied().filter(|us| *us > 0.0).collect();
+    sorted.sort_by(f64::total_cmp);
+    let at = |share: f64| sorted.get(((sorted.len() as f64 * share) as usize).min(sorted.len() - 1)).copied();
+    let max_us = *sorted.last()?;
+    Some(Latency { p50_us: at(0.5)?, p99_us: at(0.99)?, max_us })
+}

@@ -1,0 +1,66 @@
+//! `ringwing review`: the verdict and the figures of a flight, from its log alone.
+
+mod chart;
+mod figures;
+mod flight;
+mod page;
+mod table;
+
+pub(crate) use flight::Flight;
+
+use crate::tell;
+use page::Drawn;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+/// Which flight to review.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The log of a run: its `run.mcap`
+    log: PathBuf,
+    /// Folder for the page, the figures and their data; by default `review`, beside the log
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Print the summary as JSON, and draw only if --out is given
+    #[arg(long)]
+    json: bool,
+}
+
+/// Reviews; the exit code is that of the flight.
+pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+    let flight = Flight::read(&args.log)?;
+    let text = if args.json { flight.summary.to_json() } else { flight.summary.to_string() };
+    tell(text.trim_end());
+    let beside = || args.log.with_file_name("review");
+    let folder = args.out.clone().or_else(|| (!args.json).then(beside));
+    if let Some(folder) = folder {
+        draw(&flight, &folder)?;
+        if !args.json {
+            tell(&format!("  figures  {}", folder.join("index.html").display()));
+        }
+    }
+    Ok(flight.summary.verdict.exit_code())
+}
+
+fn draw(flight: &Flight, folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+    let mut drawn = Vec::new();
+    for figure in figures::all(flight) {
+        let svg = figure.chart.svg().map_err(|error| unwritable(folder, &error))?;
+        write(&folder.join(format!("{}.svg", figure.name)), &svg)?;
+        write(&folder.join(format!("{}.csv", figure.name)), figure.table.csv())?;
+        drawn.push(Drawn { name: figure.name, title: figure.title, text: figure.text, svg });
+    }
+    write(&folder.join("index.html"), &page::page(flight, &drawn))
+}
+
+fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    fs::write(path, text).map_err(|error| unwritable(path, &error))
+}
+
+fn unwritable(path: &Path, error: &dyn std::fmt::Display) -> anyhow::Error {
+    anyhow::anyhow!("{}: cannot be written: {error}; choose another folder with --out", path.display())
+}

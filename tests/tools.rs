@@ -1,0 +1,194 @@
+//! The tools that read logs: each says what the run said, or what is wrong with the file.
+
+use crate::harness::{Finished, Swarm, ringwing};
+use ringwing_messages::Part;
+use rustix::process::Signal;
+use serde_json::Value;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Output,
+};
+
+fn tool(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let Output { status, stdout, stderr } = ringwing().args(arguments).output().unwrap();
+    (status.code(), String::from_utf8(stdout).unwrap(), String::from_utf8(stderr).unwrap())
+}
+
+fn log_of(run: &Finished) -> PathBuf {
+    run.folder.join("run.mcap")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn review_tells_from_the_log_what_the_run_told() {
+    let run = Swarm::fly("paper-4.2").finish();
+    let (code, json, _) = tool(&["review", text(&log_of(&run)), "--json"]);
+    let told: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(code, Some(0));
+    for key in
+        ["verdict", "flight", "obstacles", "collisions", "payload_hash", "settling_s", "ticks", "violations"]
+    {
+        assert_eq!(told[key], run.summary[key], "{key}");
+    }
+    assert!(!run.folder.join("review").exists());
+}
+
+#[test]
+fn review_draws_a_page_that_loads_nothing() {
+    let run = Swarm::fly("paper-4.2").finish();
+    let (code, table, said) = tool(&["review", text(&log_of(&run))]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(table.contains("clearance of Obstacle 1") && table.contains("verdict  passed"), "{table}");
+    let page = fs::read_to_string(run.folder.join("review/index.html")).unwrap();
+    for foreign in ["src=", "<script", "<link", "@import", "url("] {
+        assert!(!page.contains(foreign), "{foreign}");
+    }
+    assert!(page.len() < 4_000_000, "{} bytes", page.len());
+    for figure in [
+        "trajectories",
+        "leader-distances",
+        "speeds",
+        "obstacle-2-repulsion",
+        "lyapunov",
+        "latency",
+        "events",
+    ] {
+        let svg = fs::read_to_string(run.folder.join(format!("review/{figure}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && svg.contains("<polyline"), "{figure}");
+        assert!(page.contains(&format!("id=\"{figure}\"")));
+    }
+    let csv = fs::read_to_string(run.folder.join("review/speeds.csv")).unwrap();
+    assert!(csv.starts_with("time_s,uav 1,uav 2"));
+    assert_eq!(csv.lines().count(), 9002, "nothing is thinned in tables");
+}
+
+#[test]
+fn verify_repeats_a_flight_and_finds_one_flipped_bit() {
+    let run = Swarm::fly("paper-4.1").with("--duration 3").finish();
+    let log = log_of(&run);
+    let (code, told, said) = tool(&["verify", text(&log)]);
+    assert_eq!(code, Some(0), "{told}{said}");
+    assert!(told.contains("repeated to the bit"), "{told}");
+    let changed = run.folder.join("changed.mcap");
+    rewrite(&log, &changed, |topic, tick, data| {
+        if (topic, tick) == ("/uav/003/state", 123) {
+            // After the tick (two bytes and its tag) and the number: the tag of x_m, then the lowest byte of its double.
+            let at = data.iter().position(|byte| *byte == 0x19).unwrap() + 1;
+            data[at] ^= 1;
+        }
+    });
+    let (code, told, _) = tool(&["verify", text(&changed)]);
+    assert_eq!(code, Some(3), "{told}");
+    assert!(told.contains("tick 123, /uav/003/state: x_m is "), "{told}");
+}
+
+/// Copies a log with changed messages.
+fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
+    let bytes = fs::read(from).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let mut writer = mcap::Writer::new(fs::File::create(to).unwrap()).unwrap();
+    for index in &summary.attachment_indexes {
+        writer.attach(&mcap::read::attachment(&bytes, index).unwrap()).unwrap();
+    }
+    for index in &summary.metadata_indexes {
+        writer.write_metadata(&mcap::read::metadata(&bytes, index).unwrap()).unwrap();
+    }
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let mut message = message.unwrap();
+        change(&message.channel.topic, message.sequence, message.data.to_mut());
+        writer.write(&message).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn verify_says_why_a_flight_cannot_be_repeated() {
+    let real_time = Swarm::fly("paper-4.1").with("--real-time --duration 1").finish();
+    let running = Swarm::fly("paper-4.1").with("--duration 60").start();
+    running.wait_for_second(1.0);
+    running.signal(Part::Leader, Signal::KILL);
+    for (run, reason) in [(real_time, "real-time run"), (running.finish(), "happened by chance: the leader")]
+    {
+        let (code, _, said) = tool(&["verify", text(&log_of(&run))]);
+        assert_eq!(code, Some(1));
+        assert!(said.contains("is not repeatable") && said.contains(reason), "{said}");
+    }
+}
+
+#[test]
+fn compare_shows_what_differs() {
+    let [a, b] = ["off", "tick"].map(|value| {
+        Swarm::fly("paper-4.1").with(&format!("--duration 20 --set control.dead_reckoning={value}")).finish()
+    });
+    let (a, b) = (log_of(&a), log_of(&b));
+    let (code, json, _) = tool(&["compare", text(&a), text(&b), "--json"]);
+    let compared: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(code, Some(0));
+    assert!(compared["slot_error_max_m"]["difference"].as_f64().unwrap() < -0.1);
+    assert_eq!(compared["uavs"]["equal"], true);
+    let (_, table, _) = tool(&["compare", text(&a), text(&a)]);
+    assert!(table.contains("slot_error_max_m") && !table.contains("differs"), "{table}");
+}
+
+#[test]
+fn the_log_of_a_killed_recorder_is_read_and_recovered() {
+    let whole = messages(&log_of(&Swarm::fly("paper-4.1").with("--no-timing").finish()));
+    for second in [0.0, 3.3, 17.7, 41.9] {
+        let run = Swarm::fly("paper-4.1").with("--no-timing --set supervision.replacements=0").start();
+        run.wait_for_second(second);
+        run.signal(Part::Recorder, Signal::KILL);
+        let run = run.finish();
+        let out = run.folder.join("recovered.mcap");
+        let before = fs::read(log_of(&run)).unwrap();
+        let (code, told, said) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
+        assert_eq!(code, Some(0), "{said}");
+        assert!(told.contains("and a new index") && told.contains("has no result"), "{told}");
+        assert_eq!(fs::read(log_of(&run)).unwrap(), before, "the input is left alone");
+        let recovered = messages(&out);
+        assert!(second < 1.0 || recovered.len() > 100, "killed at {second} s");
+        assert_eq!(recovered[..], whole[..recovered.len()], "killed at {second} s");
+        assert!(mcap::Summary::read(&fs::read(&out).unwrap()).unwrap().unwrap().stats.is_some());
+        let (code, told, _) = tool(&["review", text(&log_of(&run)), "--json"]);
+        assert_eq!(code, Some(1));
+        assert!(told.contains("the log breaks off at"), "{told}");
+        let (code, _, said) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
+        assert_eq!(code, Some(1));
+        assert!(said.contains("exists, and is left as it is"), "{said}");
+    }
+}
+
+fn messages(path: &Path) -> Vec<(String, u32, Vec<u8>)> {
+    let bytes = fs::read(path).unwrap();
+    let stream = mcap::MessageStream::new(&bytes).unwrap();
+    let message =
+        |message: mcap::Message| (message.channel.topic.clone(), message.sequence, message.data.into_owned());
+    stream.map(|found| message(found.unwrap())).collect()
+}
+
+#[test]
+fn what_is_no_log_is_told_so_by_every_tool() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("run.mcap");
+    for (content, reason) in [
+        (b"".as_slice(), "is empty"),
+        (b"dear diary, today I flew", "is not an MCAP file"),
+        (&mcap::MAGIC[..4], "is cut off"),
+        (mcap::MAGIC, "no log of ringwing"),
+    ] {
+        fs::write(&file, content).unwrap();
+        for arguments in
+            [&["review", text(&file)][..], &["verify", text(&file)], &["compare", text(&file), text(&file)]]
+        {
+            let (code, _, said) = tool(arguments);
+            assert_eq!(code, Some(1), "{arguments:?}: {said}");
+            assert!(said.contains(reason) && said.contains(text(&file)), "{arguments:?}: {said}");
+        }
+    }
+    let (code, _, said) = tool(&["review", "/nowhere/run.mcap"]);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("/nowhere/run.mcap: cannot be read"), "{said}");
+}
