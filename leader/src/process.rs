@@ -41,11 +41,11 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
         let woke_ns = monotonic_ns();
         let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() };
         if seen.is_none() && tick > Tick::APPROACH {
-            // A predecessor may have taken this with it, and there are agents that still need it.
+            // A predecessor may have been killed between two of its readers.
             publisher.send(path.at(Tick(tick.0 - 1)), stamps())?;
         }
         publisher.send(path.at(tick), stamps())?;
-        gate.answer();
+        gate.answer_as_leader(tick);
         seen = Some(tick);
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! The tick gate: one shared page that lets the processes of a run step through time together.
 //!
-//! A wake-up hint and an attendance list, nothing more: data, and the truth about who has answered, are in the stamped
-//! samples. A process that is killed anywhere in here costs the others a system call, never a hang.
+//! A wake-up hint and an attendance list, nothing more: data, and the truth about which agent has answered, are in the
+//! stamped samples. A process that is killed anywhere in here costs the others a system call, never a hang.
 
 use crate::{BusError, Part, StopFlag, Tick, payload::MAX_UAVS};
 use memmap2::MmapRaw;
@@ -39,6 +39,8 @@ struct Page {
     batch: Line<AtomicU32>,
     /// The last tick that the recorder has fetched.
     recorded: Line<AtomicI64>,
+    /// The last round whose leader state has been sent to everybody who listens.
+    led: Line<AtomicU32>,
     /// 1 when the user wants the run to end.
     stop: Line<AtomicU32>,
     /// Process id of each part that is ready, 0 for those that are not.
@@ -169,6 +171,13 @@ impl Gate {
         Tick(self.page().recorded.0.load(SeqCst))
     }
 
+    /// The last tick of which everybody has been told where the leader is.
+    ///
+    /// A sample of it in somebody's hands is no proof: the leader may have been killed between two of its readers.
+    pub fn led(&self) -> Option<Tick> {
+        Some(self.page().led.0.load(SeqCst)).filter(|round| *round != 0).map(tick_of)
+    }
+
     /// Whether the user wants the run to end.
     pub fn stop_requested(&self) -> bool {
         self.page().stop.0.load(SeqCst) != 0
@@ -201,6 +210,14 @@ impl Gate {
         if done >= page.target.0.load(SeqCst) && page.world_sleeps.0.load(SeqCst) != 0 {
             wake_all(&page.done.0);
         }
+    }
+
+    // --- the leader's side ---
+
+    /// Says that everybody has been told where the leader is at `tick`, and answers.
+    pub fn answer_as_leader(&self, tick: Tick) {
+        self.page().led.0.store(round_of(tick), SeqCst);
+        self.answer();
     }
 
     // --- the recorder's side ---

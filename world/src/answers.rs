@@ -1,6 +1,7 @@
 //! Who has answered the open tick, and who is worth waiting for.
 //!
-//! The truth is in the samples: a process has answered a tick when a sample of that tick has come from it.
+//! The truth is in the samples: an agent has answered a tick when a command of that tick has come from it. The leader has
+//! answered when it has told everybody.
 
 use ringwing_messages::{Command, FlightMode, Part, Roster, Stamps, Tick, TickTiming, UavId};
 
@@ -110,9 +111,9 @@ impl Answers {
         self.timing.answered += 1;
     }
 
-    /// Notes the leader's state of `tick`.
-    pub(crate) fn note_leader(&mut self, tick: Tick) {
-        if tick == self.tick {
+    /// Notes that the leader has told everybody where it is at `tick`.
+    pub(crate) fn note_leader(&mut self, tick: Option<Tick>) {
+        if tick == Some(self.tick) {
             (self.leader_answered, self.leader_silent) = (true, false);
         }
     }
@@ -178,9 +179,9 @@ mod tests {
         let mut answers = with_everybody();
         answers.note(&command(1, 4), &Stamps::default(), 200);
         answers.note(&command(2, 5), &Stamps::default(), 200);
-        answers.note_leader(Tick(4));
+        answers.note_leader(Some(Tick(4)));
         assert_eq!(missing(&answers), "uav 1, uav 3, leader");
-        answers.note_leader(Tick(5));
+        answers.note_leader(Some(Tick(5)));
         assert_eq!(missing(&answers), "uav 1, uav 3");
     }
 
@@ -199,7 +200,7 @@ mod tests {
     #[test]
     fn whoever_was_given_up_is_waited_for_again_once_it_answers() {
         let mut answers = with_everybody();
-        answers.note_leader(Tick(5));
+        answers.note_leader(Some(Tick(5)));
         assert_eq!(answers.give_up().len(), 3);
         answers.begin(Tick(6), 100, ALL_COMMANDED.into_iter());
         assert_eq!(missing(&answers), "leader");

@@ -270,11 +270,8 @@ impl<'a> World<'a> {
                 Err(_) => self.tally.refused_commands += 1,
             }
         }
-        let answers = &mut self.answers;
-        self.ports.leader.drain_until(|state, _| {
-            answers.note_leader(state.tick);
-            state.tick >= now
-        })
+        self.answers.note_leader(self.gate.led());
+        Ok(())
     }
 
     /// Learns who runs, if there is news.
