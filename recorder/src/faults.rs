@@ -1,4 +1,4 @@
-//! What is wrong at the moment, from what was told and who flies: `/faults`, written when it changes.
+//! What is wrong at the moment, from what was told and who flies: `/faults`, written when it changes and each second.
 //!
 //! Never guesses at a cause: names those that are lost, frozen, in their failsafe, or have collided.
 
@@ -7,7 +7,7 @@ use foxglove::messages::Log as Line;
 use ringwing_messages::FlightMode;
 use std::collections::BTreeSet;
 
-/// Everything that is wrong, on change and at time 0: `/faults`.
+/// Everything that is wrong, on change and each second: `/faults`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct Faults {
     /// The tick from which on this is so.

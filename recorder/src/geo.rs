@@ -3,11 +3,11 @@
 //! The local frame is the plane that touches the WGS 84 ellipsoid at the scenario's origin, x east and y north. Places are
 //! looked up exactly, through earth-centred coordinates; the height is the scenario's everywhere.
 
-use crate::{clock::Clock, frame::Frame, palette};
+use crate::{clock::Clock, frame::Frame, palette, schema::UavState};
 use foxglove::messages::{GeoJson, LocationFix};
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector2, Vector3};
 use ringwing_messages::LeaderState;
-use ringwing_scenario::{Georeference, Obstacle};
+use ringwing_scenario::{Georeference, Obstacle, direction};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -17,6 +17,9 @@ const A_M: f64 = 6_378_137.0;
 const E2: f64 = 6.694_379_990_141_316e-3;
 /// Each round of the latitude's iteration gains two to three digits.
 const ROUNDS: usize = 6;
+/// Corners of a UAV on the map, along its heading and to the left; the first once more at the end, and the right-hand
+/// rule of RFC 7946 kept.
+const ARROWHEAD_M: [(f64, f64); 5] = [(8.0, 0.0), (-6.0, 5.0), (-3.0, 0.0), (-6.0, -5.0), (8.0, 0.0)];
 /// Corners of an obstacle on the map.
 const CORNERS: u32 = 24;
 /// More obstacles than this would be most of the message.
@@ -94,22 +97,29 @@ impl Earth {
 
     /// The UAVs and the obstacles on the map.
     pub(crate) fn uavs_on_map(&self, frame: &Frame) -> GeoJson {
-        let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).map(|state| {
-            let colour = palette::colour(state.uav).hex();
-            feature(
-                &format!("uav {}", state.uav),
-                &json!({ "type": "Point", "coordinates": self.coordinates(Point2::new(state.x_m, state.y_m)) }),
-                &json!({ "color": colour, "fillColor": colour, "fillOpacity": 1.0, "opacity": 1.0 }),
-            )
-        });
+        let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).map(|state| self.uav_on_map(state));
         let features: Vec<Value> = self.obstacles.iter().cloned().chain(uavs).collect();
         GeoJson { geojson: json!({ "type": "FeatureCollection", "features": features }).to_string() }
+    }
+
+    /// An arrowhead along the heading; a map marks a point by a pin, which hides its neighbours.
+    fn uav_on_map(&self, state: &UavState) -> Value {
+        let (place, ahead) = (Point2::new(state.x_m, state.y_m), direction(state.heading_rad));
+        let left = Vector2::new(-ahead.y, ahead.x);
+        let corner = |(along, across): (f64, f64)| self.coordinates(place + ahead * along + left * across);
+        let outline: Vec<Value> = ARROWHEAD_M.into_iter().map(corner).collect();
+        let colour = palette::colour(state.uav).hex();
+        feature(
+            &format!("uav {}", state.uav),
+            &json!({ "type": "Polygon", "coordinates": [outline] }),
+            &json!({ "color": colour, "fillColor": colour, "fillOpacity": 1.0, "opacity": 1.0, "weight": 1 }),
+        )
     }
 
     fn obstacle_on_map(&self, obstacle: &Obstacle) -> Value {
         let corner = |number: u32| {
             let bearing = TAU * f64::from(number % CORNERS) / f64::from(CORNERS);
-            let out = nalgebra::Vector2::new(libm::cos(bearing), libm::sin(bearing)) * obstacle.radius_m;
+            let out = Vector2::new(libm::cos(bearing), libm::sin(bearing)) * obstacle.radius_m;
             self.coordinates(Point2::from(obstacle.position_m) + out)
         };
         let outline: Vec<Value> = (0..=CORNERS).map(corner).collect();
@@ -162,8 +172,10 @@ mod tests {
         let names: Vec<_> =
             map["features"].as_array().unwrap().iter().map(|one| &one["properties"]["name"]).collect();
         assert_eq!(names, ["tower", "uav 1", "uav 3"]);
-        let outline = map["features"][0]["geometry"]["coordinates"][0].as_array().unwrap();
-        assert_eq!((outline.len(), outline.first()), (25, outline.last()));
+        for (number, corners) in [(0, 25), (1, 5)] {
+            let outline = map["features"][number]["geometry"]["coordinates"][0].as_array().unwrap();
+            assert_eq!((outline.len(), outline.first()), (corners, outline.last()));
+        }
     }
 
     proptest! {

@@ -69,6 +69,8 @@ pub(crate) struct Salvage<R> {
     offset: u64,
     /// The chunk that is being read.
     chunk: Plain,
+    /// There was a chunk: this log's messages are in chunks.
+    chunked: bool,
     body: Vec<u8>,
     /// Of everything so far, as long as it was read without a gap.
     checksum: crc32fast::Hasher,
@@ -98,6 +100,7 @@ impl<R: Read + Seek> Salvage<R> {
             length,
             offset: 0,
             chunk: Plain::default(),
+            chunked: false,
             body: Vec::new(),
             checksum: crc32fast::Hasher::new(),
             checksum_before: crc32fast::Hasher::new(),
@@ -149,7 +152,13 @@ impl<R: Read + Seek> Salvage<R> {
         self.offset = begin + FRAME_BYTES + frame.length;
         match frame.opcode {
             op::CHUNK => {
+                self.chunked = true;
                 self.open_chunk(begin);
+                None
+            }
+            op::MESSAGE if self.chunked => {
+                // One bit makes it of a message index, and out here no checksum tells.
+                self.damages.note(begin, self.offset - begin, "a message outside the chunks");
                 None
             }
             op::DATA_END => {

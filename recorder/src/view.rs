@@ -21,6 +21,7 @@ const STATES_HZ: u32 = 20;
 const LINKS_HZ: u32 = 5;
 const TRAILS_HZ: u32 = 1;
 const MAP_HZ: u32 = 1;
+const FAULTS_HZ: u32 = 1;
 
 /// What one tick adds to the view; what has not changed, or is not due, is absent.
 #[derive(Debug, Default, PartialEq)]
@@ -89,7 +90,7 @@ impl Viewer {
         let is_first = self.shown.is_none();
         let due = |hz| clock.is_due(tick, hz).then_some(());
         View {
-            faults: self.changed_faults(tick),
+            faults: self.faults(tick),
             leader_fix: due(MAP_HZ).and(frame.leader).map(|leader| self.earth.leader_fix(&leader, clock)),
             map: due(MAP_HZ).map(|()| self.earth.uavs_on_map(frame)),
             leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| schema::leader_pose(&leader, clock)),
@@ -104,10 +105,11 @@ impl Viewer {
         }
     }
 
-    fn changed_faults(&mut self, tick: i64) -> Option<Faults> {
+    /// On change, and now and then without: a plot draws a ramp from one message to the next.
+    fn faults(&mut self, tick: i64) -> Option<Faults> {
         let message = self.watch.message(tick);
         let has_changed = self.shown.as_ref().is_none_or(|shown| shown.message(tick) != message);
-        has_changed.then(|| {
+        (has_changed || self.clock.is_due(tick, FAULTS_HZ)).then(|| {
             self.shown = Some(self.watch.clone());
             message
         })
@@ -135,7 +137,7 @@ mod tests {
         let views = views(&scenario, &testing::flight(&scenario, 0..200));
         let count = |has: fn(&View) -> bool| views.iter().filter(|view| has(view)).count();
         assert_eq!(views[0].faults.as_ref().unwrap().summary, "none");
-        assert_eq!((count(|v| v.faults.is_some()), count(|v| v.uavs.is_some())), (1, 1));
+        assert_eq!((count(|v| v.faults.is_some()), count(|v| v.uavs.is_some())), (2, 1));
         assert_eq!((count(|v| v.formation.is_some()), count(|v| v.obstacles.is_some())), (1, 1));
         assert_eq!((count(|v| v.transforms.is_some()), count(|v| v.metrics.is_some())), (40, 40));
         assert_eq!((count(|v| v.ring.is_some()), count(|v| v.trails.is_some())), (10, 2));

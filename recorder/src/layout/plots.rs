@@ -5,7 +5,7 @@ use crate::palette::{self, Rgb};
 use serde_json::{Value, json};
 
 /// Pixels for the names beside a plot.
-const LEGEND_PIXELS: u32 = 150;
+const LEGEND_PIXELS: u32 = 190;
 
 /// A plot that is being put together.
 pub(super) struct Plot {

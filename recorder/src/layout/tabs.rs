@@ -11,6 +11,8 @@ use serde_json::{Value, json};
 
 /// More obstacles than this have no picture of their own.
 const OBSTACLES: usize = 2;
+/// So many UAVs have a line of their own that tells who flies them.
+const LISTED_MODES: usize = 8;
 
 /// All tabs that have something to show.
 pub(super) fn all(subject: &Subject, panels: &mut Panels) -> Vec<Value> {
@@ -20,7 +22,7 @@ pub(super) fn all(subject: &Subject, panels: &mut Panels) -> Vec<Value> {
     }
     tabs.push(tab("Faults and ages", &faults(subject, panels)));
     if subject.timing {
-        tabs.push(tab("Timing", &timing(panels)));
+        tabs.push(tab("Timing", &timing(subject.scenario.time.real_time, panels)));
     }
     tabs.push(tab("Table", &table(subject, panels)));
     tabs.push(tab("Map", &space::map(panels)));
@@ -30,16 +32,14 @@ pub(super) fn all(subject: &Subject, panels: &mut Panels) -> Vec<Value> {
 fn flight(subject: &Subject, panels: &mut Panels) -> Value {
     let told = beside(log(panels), 58.0, metrics(panels));
     let picture = above(space::following(subject, panels), 66.0, told);
-    let mut plots = vec![
-        neighbours(subject, panels),
-        leader_distances(subject, panels),
-        speeds(subject, panels),
-        turn_rates(subject, panels),
-    ];
+    let mut distances = vec![neighbours(subject, panels), leader_distances(subject, panels)];
     if subject.scenario.formation.uavs > LISTED_UAVS {
-        plots.insert(0, slot_errors(subject, panels));
+        distances.insert(0, slot_errors(subject, panels));
     }
-    beside(picture, 50.0, stacked(plots))
+    let inputs = stacked(vec![speeds(subject, panels), turn_rates(subject, panels)]);
+    // The inputs have two limits each, and so the longer legends.
+    let share = if distances.len() == 2 { 46.0 } else { 58.0 };
+    beside(picture, 50.0, above(stacked(distances), share, inputs))
 }
 
 fn neighbours(subject: &Subject, panels: &mut Panels) -> Value {
@@ -145,7 +145,7 @@ fn faults(subject: &Subject, panels: &mut Panels) -> Value {
         .line("/swarm/metrics.ring_pieces", "pieces of the ring", palette::BRIGHT)
         .from(0.0)
         .add_to(panels);
-    let told = above(raw("/faults", "What is wrong now", panels), 55.0, log(panels));
+    let told = beside(raw("/faults", "What is wrong now", panels), 45.0, log(panels));
     let plots = vec![
         Plot::new("Age of what is known of the previous one (s)")
             .uavs(subject, "control", "previous_age_s")
@@ -165,7 +165,9 @@ fn faults(subject: &Subject, panels: &mut Panels) -> Value {
             .from(0.0)
             .add_to(panels),
     ];
-    beside(stacked(vec![modes(subject, panels), counts, told]), 46.0, stacked(plots))
+    let listed = subject.uavs.len().min(LISTED_MODES) as f64;
+    let left = above(modes(subject, panels), 4.0 + 6.6 * listed, above(counts, 50.0, told));
+    beside(left, 46.0, stacked(plots))
 }
 
 fn modes(subject: &Subject, panels: &mut Panels) -> Value {
@@ -177,12 +179,12 @@ fn modes(subject: &Subject, panels: &mut Panels) -> Value {
             "enabled": true,
         })
     };
-    let paths: Vec<_> = subject.uavs.iter().take(8).map(mode).collect();
+    let paths: Vec<_> = subject.uavs.iter().take(LISTED_MODES).map(mode).collect();
     panels.add("StateTransitions", "Who flies each airframe", json!({ "paths": paths, "isSynced": true }))
 }
 
-fn timing(panels: &mut Panels) -> Value {
-    let plots = vec![
+fn timing(real_time: bool, panels: &mut Panels) -> Value {
+    let mut plots = vec![
         Plot::new("Round trip of a tick, and its parts (us of wall-clock time)")
             .line("/timing.round_trip_us", "round trip", palette::BRIGHT)
             .line("/timing.wake_us", "wake", palette::colour(1))
@@ -191,17 +193,26 @@ fn timing(panels: &mut Panels) -> Value {
             .line("/timing.return_us", "return", palette::colour(7))
             .from(0.0)
             .add_to(panels),
-        Plot::new("How late ticks were opened (us)")
-            .line("/timing.late_us", "late", palette::ALARM)
-            .from(0.0)
-            .add_to(panels),
-        Plot::new("Airframes by the command they flew on; deadlines missed")
+        Plot::new("Airframes by the command they flew on")
             .line("/timing.answered", "answered in time", palette::CALM)
             .line("/timing.reused", "on an older command", palette::colour(1))
-            .line("/timing.missed_deadlines", "deadlines missed", palette::ALARM)
             .from(0.0)
             .add_to(panels),
     ];
+    if real_time {
+        plots.push(
+            Plot::new("Lateness of ticks against their deadlines (us)")
+                .line("/timing.late_us", "late", palette::ALARM)
+                .from(0.0)
+                .add_to(panels),
+        );
+        plots.push(
+            Plot::new("Deadlines missed by a period or more")
+                .line("/timing.missed_deadlines", "missed", palette::ALARM)
+                .from(0.0)
+                .add_to(panels),
+        );
+    }
     stacked(plots)
 }
 
