@@ -3,7 +3,7 @@
 use crate::{FAILED, VIOLATED, launcher::Outcome};
 use ringwing_messages::{Collision, Latency, WorldReport};
 use ringwing_recorder::{
-    metrics::{ClosestPair, FlightSummary, ObstacleSummary},
+    metrics::{ClosestPair, FlightSummary, ObstacleSummary, Recovery},
     verdict::judge,
 };
 use ringwing_scenario::Scenario;
@@ -12,6 +12,8 @@ use std::{fmt, process::ExitCode};
 
 /// Swarms up to this size are listed UAV by UAV.
 const LISTED_UAVS: usize = 12;
+/// So many faults are told one by one.
+const LISTED_FAULTS: usize = 12;
 
 /// What the run was worth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -55,6 +57,9 @@ pub(crate) struct Summary {
     failures: Vec<String>,
     violations: Vec<String>,
     settling_s: Option<f64>,
+    faults: Option<u64>,
+    /// The longest that a fault was felt; none if one was felt to the end, or there was none.
+    recovery_max_s: Option<f64>,
     slot_error_max_m: Option<f64>,
     slot_error_rms_m: Option<f64>,
     neighbour_error_max_m: Option<f64>,
@@ -163,6 +168,8 @@ impl Summary {
             failures: Vec::new(),
             violations: Vec::new(),
             settling_s: of(|flight| flight.settling_s),
+            faults: flight.as_ref().map(|flight| flight.faults),
+            recovery_max_s: of(longest_recovery_s),
             slot_error_max_m: of(|flight| flight.slot_error_max_m),
             slot_error_rms_m: of(|flight| flight.slot_error_rms_m),
             neighbour_error_max_m: of(|flight| flight.neighbour_error_max_m),
@@ -192,6 +199,11 @@ impl Summary {
     pub(crate) fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a summary has only strings for keys")
     }
+}
+
+fn longest_recovery_s(flight: &FlightSummary) -> Option<f64> {
+    let all: Option<Vec<f64>> = flight.recoveries.iter().map(|recovery| recovery.recovery_s).collect();
+    all?.into_iter().reduce(f64::max)
 }
 
 /// Why the run failed, and what it violated.
@@ -227,6 +239,7 @@ impl fmt::Display for Summary {
             write_uavs(f, flight)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
+            write_recoveries(f, flight)?;
             write_saturation(f, flight)?;
         }
         self.write_world(f)?;
@@ -282,6 +295,18 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
     };
     let who = format!("uav {} at {:.2} s; {repelled}", obstacle.uav, obstacle.time_s);
     line(f, &format!("clearance of {}", obstacle.name), &metres(Some(obstacle.clearance_m)), &who)
+}
+
+fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    for Recovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
+        let value = recovery_s.map_or_else(|| "not".into(), |recovery_s| format!("{recovery_s:.2} s"));
+        line(f, "whole again after a fault", &value, &format!("{fault} at {time_s:.2} s"))?;
+    }
+    let more = flight.faults.saturating_sub(LISTED_FAULTS as u64);
+    if more > 0 {
+        line(f, "faults beyond these", &more.to_string(), "")?;
+    }
+    Ok(())
 }
 
 /// Some numbers, and how many more.

@@ -41,6 +41,10 @@ fn a_killed_agent_leaves_its_airframe_to_the_failsafe() {
         assert_told(&run, "failsafe: uav 3");
         assert_eq!(modes_of(&run.log().states(3)), ["commanded", "loiter"]);
         assert_eq!(modes_of(&run.log().states(4)), ["commanded"]);
+        let felt = &run.summary["flight"]["recoveries"];
+        assert_eq!(felt.as_array().unwrap().len(), 1, "{felt}");
+        assert!(felt[0]["fault"].as_str().unwrap().starts_with("uav 3 was killed by signal 9"), "{felt}");
+        assert_eq!(run.summary["faults"], 1);
     }
 }
 

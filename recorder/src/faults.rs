@@ -42,6 +42,11 @@ pub struct Faults {
     pub collided_names: Vec<String>,
 }
 
+/// Whether `line` tells of something that goes wrong, and may be felt by the formation.
+pub(crate) fn is_fault(line: &Line) -> bool {
+    matches!(line.name.as_str(), "process.lost" | "process.frozen")
+}
+
 /// Who is wrong in one way.
 type Names = BTreeSet<Name>;
 

@@ -1,4 +1,4 @@
-//! The flight measured: a fold over its frames.
+//! The flight measured: a fold over its frames and what was told.
 //!
 //! Knows only what the log holds, so that the same numbers come out of a log that is read again. Only UAVs that fly on
 //! command count as being in the formation; whatever is in the sky counts where things come close.
@@ -7,22 +7,27 @@ mod coherence;
 mod lyapunov;
 mod obstacles;
 mod pairs;
+mod recovery;
 mod settling;
 mod summary;
 
 pub use coherence::Coherence;
 pub use pairs::{Pair, Pairs};
+pub use recovery::Recovery;
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
 
 use crate::{
     clock::Clock,
+    faults::is_fault,
     frame::{Frame, UavFrame},
     schema::{UavControl, UavState},
 };
+use foxglove::messages::Log as Line;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
+use recovery::RecoveryWatch;
 use ringwing_messages::FlightMode;
 use ringwing_scenario::Scenario;
 use settling::Settling;
@@ -62,6 +67,7 @@ pub struct Metrics {
     radius_m: f64,
     moment: Moment,
     settling: Settling,
+    recovery: RecoveryWatch,
     closest: ClosestSoFar,
     obstacles: Vec<ObstacleWatch>,
     lyapunov: LyapunovWatch,
@@ -101,6 +107,7 @@ impl Metrics {
             radius_m: formation.radius_m(),
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
+            recovery: RecoveryWatch::default(),
             closest: ClosestSoFar::default(),
             obstacles: scenario.obstacles.iter().map(ObstacleWatch::new).collect(),
             lyapunov: LyapunovWatch::new(scenario),
@@ -113,6 +120,13 @@ impl Metrics {
         }
     }
 
+    /// Takes what was told in `tick`, before that tick's frame.
+    pub fn hear(&mut self, tick: i64, line: &Line) {
+        if is_fault(line) {
+            self.recovery.hear(tick, &line.message);
+        }
+    }
+
     /// Takes the next frame; frames come in order.
     pub fn observe(&mut self, frame: &Frame) {
         self.ticks += 1;
@@ -122,6 +136,7 @@ impl Metrics {
         self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
         self.moment.lyapunov_rises = self.lyapunov.rises();
         self.settling.observe(frame.tick, self.moment.slot_error_max_m);
+        self.recovery.observe(frame.tick, self.moment.slot_error_max_m);
         self.closest.observe(frame.tick, &self.moment.closest);
         for obstacle in &mut self.obstacles {
             obstacle.observe(frame.tick, &self.sky);
@@ -189,6 +204,8 @@ impl Metrics {
             speed_min_m_s: self.envelope.map(|flown| flown.speed_min_m_s),
             speed_max_m_s: self.envelope.map(|flown| flown.speed_max_m_s),
             turn_rate_max_rad_s: self.envelope.map(|flown| flown.turn_rate_max_rad_s),
+            faults: self.recovery.count(),
+            recoveries: self.recovery.recoveries(self.clock),
             ticks: self.ticks,
             ticks_lost: self.lost,
             last_tick: (self.ticks > 0).then_some(self.moment.tick),

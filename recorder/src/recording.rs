@@ -120,9 +120,12 @@ impl Recording {
             self.say(frame.tick, Level::Warning, "recorder.gap", &describe(gap, cause));
         }
         self.began |= !frame.torn;
+        let lines = self.take_lines(frame.tick);
+        for line in &lines {
+            self.metrics.hear(frame.tick, line);
+        }
         self.metrics.observe(frame);
         self.metrics.set_lost(self.gaps.lost());
-        let lines = self.take_lines(frame.tick);
         let Some(log) = &mut self.log else { return Ok(()) };
         for line in &lines {
             self.viewer.hear(line);

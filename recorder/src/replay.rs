@@ -160,6 +160,7 @@ impl Past {
     fn learn_tick(&mut self, tick: Replayed) {
         for line in &tick.lines {
             self.viewer.hear(line);
+            self.metrics.hear(tick.frame.tick, line);
         }
         if tick.has_uavs() {
             self.gaps.pass(tick.frame.tick, false);

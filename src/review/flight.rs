@@ -147,6 +147,9 @@ impl Fold {
     fn observe(&mut self, tick: &Replayed) {
         self.messages += tick.messages;
         self.collisions += tick.lines.iter().filter(|line| line.name == "collision").count();
+        for line in &tick.lines {
+            self.metrics.hear(tick.frame.tick, line);
+        }
         if !tick.has_uavs() {
             return;
         }

@@ -1,7 +1,7 @@
 //! When the formation has settled.
 
 /// Every slot error within this is a formation that stands.
-const TOLERANCE_M: f64 = 1.0;
+pub(super) const TOLERANCE_M: f64 = 1.0;
 /// It has settled when it stands for as long as this.
 const HOLD_S: u32 = 5;
 

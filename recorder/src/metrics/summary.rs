@@ -1,6 +1,6 @@
 //! What the flight was like, for tables, scripts and the verdict.
 
-use super::is_commanded;
+use super::{Recovery, is_commanded};
 use crate::schema::UavState;
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +35,10 @@ pub struct FlightSummary {
     pub speed_max_m_s: Option<f64>,
     /// The tightest anybody turned.
     pub turn_rate_max_rad_s: Option<f64>,
+    /// Faults in all: processes that were lost or frozen.
+    pub faults: u64,
+    /// How long each was felt; only the first hundred.
+    pub recoveries: Vec<Recovery>,
     /// Ticks measured.
     pub ticks: u64,
     /// Ticks lost, or not had whole.
