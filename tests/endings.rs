@@ -46,7 +46,8 @@ fn an_interrupt_at_any_moment_of_the_start_leaves_nothing() {
             .spawn()
             .unwrap();
         std::thread::sleep(Duration::from_millis(milliseconds));
-        send(child.id(), Signal::INT);
+        // Not SIGINT: what a shell runs in the background is born deaf to it, and so are we until we handle it.
+        send(child.id(), Signal::TERM);
         let launcher = child.id();
         wait_until("the run ends", || child.try_wait().unwrap());
         let folders = std::fs::read_dir(out.path()).unwrap();
