@@ -353,10 +353,13 @@ scenario "wind.toml", line 1: airframe.speed_max_m_s: 10 m/s is not above speed_
         assert_eq!(read(PRESET, &["uavs=6"]).unwrap().start.uavs.len(), 6);
         assert_eq!(read(PRESET, &["uavs=200"]).unwrap().start.uavs, []);
         let said = PRESET.replace("uavs = 6 ", "uavs = 7 ");
+        let line = 1 + said.lines().position(|line| line == "[[start.uavs]]").unwrap();
         assert_eq!(
             problems(&said, &[]),
-            "scenario \"wind.toml\", line 67: start.uavs: 6 starts are listed, but formation.uavs is 7: list 7, or none \
-             to have them drawn"
+            format!(
+                "scenario \"wind.toml\", line {line}: start.uavs: 6 starts are listed, but formation.uavs is 7: list 7, \
+                 or none to have them drawn"
+            )
         );
         let one = "start.uavs=[{position_m=[0,0], heading_deg=0, speed_m_s=15}]";
         assert!(problems(PRESET, &["uavs=3", one]).starts_with("--set start.uavs="));
