@@ -2,7 +2,7 @@
 //!
 //! Keys are written as in `--set`: `airframe.speed_max_m_s`, and in lists with an index, `obstacles.0.radius_m`.
 
-use crate::{Obstacle, Requirements, Scenario, Start, StartState, unit};
+use crate::{Fault, Obstacle, Requirements, Scenario, Start, StartState, unit};
 use std::sync::LazyLock;
 use toml::{
     Spanned,
@@ -37,6 +37,7 @@ pub(crate) fn scenario() -> Scenario {
             radius_m: 10.0,
             braking_distance_m: 20.0,
         }],
+        faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("this is what a fault looks like")],
         ..Scenario::default()
     }
 }

@@ -59,6 +59,13 @@ fn nearest(name: &str, known: &[String]) -> Option<String> {
     same.or_else(|| alike().filter(|key| likeness(key) >= ALIKE)).cloned()
 }
 
+/// The one of `known` that `word` may be a misspelling of.
+pub(crate) fn nearest_word<'k>(word: &str, known: &[&'k str]) -> Option<&'k str> {
+    let likeness = |known: &&str| strsim::normalized_damerau_levenshtein(&word.to_lowercase(), known);
+    let alike = known.iter().copied().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    alike.filter(|known| likeness(known) >= ALIKE)
+}
+
 fn meant(key: &str) -> String {
     match unit::of(key) {
         Some(unit) => format!("no such key; did you mean {key}, in {}?", unit.symbol),

@@ -2,12 +2,15 @@
 //!
 //! [`model`] is the scenario itself, [`formation`] the geometry it implies, [`motion`] how what flies in it moves.
 //! [`Source`] finds a scenario's text, [`Scenario::read`] makes one of it with the [`Setting`]s of the command line, or
-//! says all that is wrong with it at once. [`preset`] holds those that come with ringwing, [`start`] places the UAVs.
+//! says all that is wrong with it at once. [`preset`] holds those that come with ringwing, [`start`] places the UAVs,
+//! [`fault`] is the vocabulary of what is done to a run on purpose, [`draw`] what is drawn by its seed.
 //!
 //! Never knows of processes, services or clocks.
 
+pub mod draw;
 mod example;
-mod fault;
+pub mod fault;
+mod flaw;
 pub mod formation;
 mod hint;
 pub mod model;
@@ -23,6 +26,7 @@ pub mod start;
 mod unit;
 mod validate;
 
+pub use fault::{Action, Fault, schedule::Schedule};
 pub use formation::Formation;
 pub use model::{
     Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Georeference, Law, Leader, Obstacle,

@@ -1,6 +1,6 @@
 //! The scenario's data. Lengths in metres, speeds in m/s, angles in degrees and rates in rad/s, as the names say.
 
-use crate::Formation;
+use crate::{Fault, Formation, Schedule};
 use serde::{Deserialize, Serialize};
 
 /// Everything a run is flown by; with the same build, it gives the same flight.
@@ -35,6 +35,9 @@ pub struct Scenario {
     pub start: Start,
     /// What stands in the way.
     pub obstacles: Vec<Obstacle>,
+    /// What is done to processes and links on purpose.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
 }
 
 /// How long and how fine the flight is.
@@ -268,6 +271,16 @@ impl Scenario {
         1.0 / f64::from(self.time.rate_hz)
     }
 
+    /// Its faults, tick by tick.
+    pub fn schedule(&self) -> Schedule<'_> {
+        self.schedule_of(&self.faults)
+    }
+
+    /// `faults`, tick by tick, as a run of this scenario meets them.
+    pub fn schedule_of<'f>(&self, faults: &'f [Fault]) -> Schedule<'f> {
+        Schedule { faults, seed: self.seed, rate_hz: self.time.rate_hz, uavs: self.formation.uavs }
+    }
+
     /// The number of the last tick.
     pub fn last_tick(&self) -> i64 {
         (self.time.duration_s * f64::from(self.time.rate_hz)).round() as i64
@@ -299,6 +312,7 @@ impl Default for Scenario {
             requirements: Requirements::default(),
             start: Start::default(),
             obstacles: Vec::new(),
+            faults: Vec::new(),
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::{
     Place, Problem, Scenario, ScenarioError, Setting, Source, example,
-    fault::{Fault, View},
+    flaw::{Flaw, View},
     origin::{self, Origins},
     setting, shape, validate,
 };
@@ -42,13 +42,13 @@ struct Reading<'s> {
     /// With the position of each, which gives their order.
     problems: Vec<(Option<usize>, Problem)>,
     /// Keys that are known to be wrong: what they stand for is not to be judged any further.
-    faulted: Vec<String>,
+    flawed: Vec<String>,
 }
 
 impl<'s> Reading<'s> {
     fn new(source: &'s Source, settings: &'s [Setting]) -> Self {
         let origins = Origins::new(&source.text, settings);
-        Self { source, settings, origins, problems: Vec::new(), faulted: Vec::new() }
+        Self { source, settings, origins, problems: Vec::new(), flawed: Vec::new() }
     }
 
     /// What can be made of it; right only when no problem was noted.
@@ -76,7 +76,7 @@ impl<'s> Reading<'s> {
 
     fn note(&mut self, position: Option<usize>, key: Option<String>, message: String) {
         let place = position.map_or(Place::Scenario, |position| self.origins.place(position));
-        self.faulted.extend(key.clone());
+        self.flawed.extend(key.clone());
         self.problems.push((position, Problem { scenario: self.source.name.clone(), place, key, message }));
     }
 
@@ -141,43 +141,47 @@ impl<'s> Reading<'s> {
             };
             let key = error.span().and_then(|span| origin::key_at(given, &span));
             let known =
-                key.filter(|key| !self.is_faulted(key)).and_then(|key| Some((example::at(&key)?, key)));
+                key.filter(|key| !self.is_flawed(key)).and_then(|key| Some((example::at(&key)?, key)));
             let Some((wanted, key)) = known else {
                 self.note(position(&error), None, error.message().into());
                 return None;
             };
-            let message = refusal(error.message(), origin::trace(given, &key).value, &key, wanted);
+            let message = if is_sentence(&key) {
+                error.message().to_owned()
+            } else {
+                refusal(error.message(), origin::trace(given, &key).value, &key, wanted)
+            };
             self.note(position(&error), Some(key.clone()), message);
             setting::put(&mut tree, &key, Spanned::new(0..0, wanted.clone())).ok()?;
         }
     }
 
     fn validate(&mut self, scenario: &Scenario, given: &DeValue<'_>) {
-        let mut faults = validate::faults(scenario);
-        faults.retain(|fault| !fault.keys().any(|key| self.is_faulted(key)));
-        for fault in faults {
-            self.note_fault(fault, given);
+        let mut flaws = validate::flaws(scenario);
+        flaws.retain(|flaw| !flaw.keys().any(|key| self.is_flawed(key)));
+        for flaw in flaws {
+            self.note_flaw(flaw, given);
         }
     }
 
-    /// A fault between two values is put down to the one that was given last.
-    fn note_fault(&mut self, fault: Fault, given: &DeValue<'_>) {
+    /// A flaw between two values is put down to the one that was given last.
+    fn note_flaw(&mut self, flaw: Flaw, given: &DeValue<'_>) {
         let blame = |view: &View| {
             let trace = origin::trace(given, &view.key);
             let overridden = trace.position.is_some_and(|position| self.origins.setting(position).is_some());
             (trace.value.is_some(), overridden)
         };
         // Of equals `max_by_key` takes the last, and the first view is the one preferred.
-        if let Some(view) = fault.views.into_iter().rev().max_by_key(blame) {
+        if let Some(view) = flaw.views.into_iter().rev().max_by_key(blame) {
             self.note(origin::trace(given, &view.key).position, Some(view.key), view.message);
         }
     }
 
-    fn is_faulted(&self, key: &str) -> bool {
-        let leads_to = |faulted: &String| {
-            key.strip_prefix(faulted.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    fn is_flawed(&self, key: &str) -> bool {
+        let leads_to = |flawed: &String| {
+            key.strip_prefix(flawed.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        self.faulted.iter().any(leads_to)
+        self.flawed.iter().any(leads_to)
     }
 }
 
@@ -211,6 +215,11 @@ fn refusal(reason: &str, given: Option<&DeValue<'_>>, key: &str, wanted: &DeValu
         }
         _ => format!("{reason}: {}", example::remedy(key, wanted)),
     }
+}
+
+/// A sentence says by itself what is wrong with it.
+fn is_sentence(key: &str) -> bool {
+    key.starts_with("faults.") && example::last(key) == "do"
 }
 
 fn list_is_as_long_as_said(tree: &DeValue<'_>) -> bool {
@@ -278,7 +287,7 @@ braking_distance_m = 20
             problems(text, &settings),
             r#"
 scenario "wind.toml", line 2: name: has other characters than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-scenario "wind.toml", line 3: colour: no such key; known here are airframe, control, description, formation, georeference, leader, name, obstacles, requirements, seed, sensing, start, supervision, time
+scenario "wind.toml", line 3: colour: no such key; known here are airframe, control, description, faults, formation, georeference, leader, name, obstacles, requirements, seed, sensing, start, supervision, time
 scenario "wind.toml", line 5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
 scenario "wind.toml", line 6: time.rate_hz: 99.5 is no whole number: give a whole number of hertz, such as 100
 scenario "wind.toml", line 8: formation.uavs: 2 is not within 3 to 1024: give one that is
@@ -325,7 +334,7 @@ scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above
     }
 
     #[test]
-    fn a_fault_of_two_values_is_put_down_to_the_one_given_last() {
+    fn a_flaw_of_two_values_is_put_down_to_the_one_given_last() {
         assert_eq!(
             problems(PRESET, &["speed_min_m_s=15.5"]).lines().next().unwrap(),
             "--set speed_min_m_s=15.5: airframe.speed_min_m_s: 15.5 m/s is above leader.speed_m_s 15 m/s: give a smaller one"

@@ -4,7 +4,7 @@
 
 use crate::{
     Obstacle, Scenario, StartState,
-    fault::{Fault, quantity},
+    flaw::{Flaw, quantity},
 };
 use nalgebra::{Point2, distance};
 
@@ -23,34 +23,35 @@ const NAME_MAX: usize = 60;
 const OBSTACLE_NAME_MAX: usize = 40;
 
 /// All that is impossible about `scenario`.
-pub(crate) fn faults(scenario: &Scenario) -> Vec<Fault> {
-    let mut faults = Vec::new();
-    faults.extend(texts(scenario));
-    faults.extend(time(scenario));
-    faults.extend(formation(scenario));
-    faults.extend(control(scenario));
-    faults.extend(leader(scenario));
-    faults.extend(airframe(scenario));
-    faults.extend(georeference(scenario));
-    faults.extend(supervision(scenario));
-    faults.extend(requirements(scenario));
-    faults.extend(draw(scenario));
-    faults.extend(obstacles(scenario));
-    faults.extend(starts(scenario));
-    faults
+pub(crate) fn flaws(scenario: &Scenario) -> Vec<Flaw> {
+    let mut flaws = Vec::new();
+    flaws.extend(texts(scenario));
+    flaws.extend(time(scenario));
+    flaws.extend(formation(scenario));
+    flaws.extend(control(scenario));
+    flaws.extend(leader(scenario));
+    flaws.extend(airframe(scenario));
+    flaws.extend(georeference(scenario));
+    flaws.extend(supervision(scenario));
+    flaws.extend(requirements(scenario));
+    flaws.extend(draw(scenario));
+    flaws.extend(obstacles(scenario));
+    flaws.extend(starts(scenario));
+    flaws.extend(faults(scenario));
+    flaws
 }
 
-fn texts(scenario: &Scenario) -> impl Iterator<Item = Fault> {
-    let name = name_fault(&scenario.name).map(|message| Fault::of("name", message));
+fn texts(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
+    let name = name_flaw(&scenario.name).map(|message| Flaw::of("name", message));
     let controlled = scenario.description.chars().any(char::is_control);
     let message = "has a line break or another control character: give one line";
-    name.into_iter().chain(controlled.then(|| Fault::of("description", message)))
+    name.into_iter().chain(controlled.then(|| Flaw::of("description", message)))
 }
 
 /// A scenario's name becomes a folder's.
-fn name_fault(name: &str) -> Option<String> {
+fn name_flaw(name: &str) -> Option<String> {
     let allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
-    let fault: String = if name.is_empty() {
+    let flaw: String = if name.is_empty() {
         "is empty".into()
     } else if name.len() > NAME_MAX {
         format!("has more than {NAME_MAX} characters")
@@ -61,22 +62,22 @@ fn name_fault(name: &str) -> Option<String> {
     } else {
         return None;
     };
-    Some(format!("{fault}: give a name for a folder, such as \"paper-4.2\""))
+    Some(format!("{flaw}: give a name for a folder, such as \"paper-4.2\""))
 }
 
-fn time(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn time(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let duration = quantity("time.duration_s", scenario.time.duration_s);
     let rate = quantity("time.rate_hz", scenario.time.rate_hz);
     let possible = duration.above_zero().or_else(|| duration.within(0.0..=DURATION_MAX_S));
     let ticks = (possible.is_none() && scenario.time.rate_hz > 0 && scenario.last_tick() < 1).then(|| {
         let less = format!("{} is less than one tick at {}", duration.measure(), rate.measure());
         let message = format!("{less}: give a longer duration_s or a larger rate_hz");
-        Fault::of(duration.key, message.clone()).or(rate.key, message)
+        Flaw::of(duration.key, message.clone()).or(rate.key, message)
     });
     [possible, rate.within(1.0..=RATE_MAX_HZ), ticks].into_iter().flatten()
 }
 
-fn formation(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn formation(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let formation = &scenario.formation;
     [
         quantity("formation.uavs", formation.uavs).within(f64::from(UAVS_MIN)..=f64::from(UAVS_MAX)),
@@ -87,11 +88,11 @@ fn formation(scenario: &Scenario) -> impl Iterator<Item = Fault> {
     .flatten()
 }
 
-fn angle(key: &str, value_deg: f64) -> Option<Fault> {
+fn angle(key: &str, value_deg: f64) -> Option<Flaw> {
     quantity(key, value_deg).within(-360.0..=360.0)
 }
 
-fn control(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn control(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let control = &scenario.control;
     [
         quantity("control.formation_gain", control.formation_gain).above_zero(),
@@ -104,7 +105,7 @@ fn control(scenario: &Scenario) -> impl Iterator<Item = Fault> {
 }
 
 /// Assumption 1: the airframes can fly as fast, and as slowly, as the leader.
-fn leader(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn leader(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let Scenario { leader, airframe, .. } = scenario;
     let speed = quantity("leader.speed_m_s", leader.speed_m_s);
     [
@@ -116,7 +117,7 @@ fn leader(scenario: &Scenario) -> impl Iterator<Item = Fault> {
     .flatten()
 }
 
-fn airframe(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn airframe(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let airframe = &scenario.airframe;
     let speed_min = quantity("airframe.speed_min_m_s", airframe.speed_min_m_s);
     let collision = quantity("airframe.collision_distance_m", airframe.collision_distance_m);
@@ -132,12 +133,12 @@ fn airframe(scenario: &Scenario) -> impl Iterator<Item = Fault> {
     .flatten()
 }
 
-fn command_timeout(scenario: &Scenario) -> Option<Fault> {
+fn command_timeout(scenario: &Scenario) -> Option<Flaw> {
     let timeout = quantity("airframe.command_timeout_s", scenario.airframe.command_timeout_s);
     let rate = quantity("time.rate_hz", scenario.time.rate_hz);
     (timeout.value < scenario.period_s()).then(|| {
         let period = format!("shorter than one tick at {}", rate.beside(timeout.key));
-        Fault::of(timeout.key, format!("{} is {period}: give a longer one", timeout.measure())).or(
+        Flaw::of(timeout.key, format!("{} is {period}: give a longer one", timeout.measure())).or(
             rate.key,
             format!(
                 "at {} a tick is longer than {}: give a larger one",
@@ -149,7 +150,7 @@ fn command_timeout(scenario: &Scenario) -> Option<Fault> {
 }
 
 /// The tangent plane of [`Georeference`](crate::Georeference) has an east only away from the poles.
-fn georeference(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn georeference(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let georeference = &scenario.georeference;
     [
         quantity("georeference.latitude_deg", georeference.latitude_deg).within(-85.0..=85.0),
@@ -160,7 +161,7 @@ fn georeference(scenario: &Scenario) -> impl Iterator<Item = Fault> {
     .flatten()
 }
 
-fn supervision(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn supervision(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let timeout = |key, value| {
         let timeout = quantity(key, value);
         timeout.above_zero().or_else(|| timeout.within(0.0..=TIMEOUT_MAX_S))
@@ -173,7 +174,7 @@ fn supervision(scenario: &Scenario) -> impl Iterator<Item = Fault> {
     .flatten()
 }
 
-fn requirements(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn requirements(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let required = &scenario.requirements;
     [
         ("requirements.clearance_min_m", required.clearance_min_m),
@@ -185,7 +186,7 @@ fn requirements(scenario: &Scenario) -> impl Iterator<Item = Fault> {
     .filter_map(|(key, value)| quantity(key, value?).not_below_zero())
 }
 
-fn draw(scenario: &Scenario) -> impl Iterator<Item = Fault> {
+fn draw(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let draw = &scenario.start.draw;
     [
         quantity("start.draw.length_radii", draw.length_radii).above_zero(),
@@ -197,40 +198,40 @@ fn draw(scenario: &Scenario) -> impl Iterator<Item = Fault> {
     .flatten()
 }
 
-fn obstacles(scenario: &Scenario) -> Vec<Fault> {
+fn obstacles(scenario: &Scenario) -> Vec<Flaw> {
     let count = scenario.obstacles.len();
-    let mut faults = vec![quantity("sensing.range_m", scenario.sensing.range_m).above_zero()];
-    faults.push((count > OBSTACLES_MAX).then(|| {
-        Fault::of("obstacles", format!("{count} obstacles are more than {OBSTACLES_MAX}: leave some out"))
+    let mut flaws = vec![quantity("sensing.range_m", scenario.sensing.range_m).above_zero()];
+    flaws.push((count > OBSTACLES_MAX).then(|| {
+        Flaw::of("obstacles", format!("{count} obstacles are more than {OBSTACLES_MAX}: leave some out"))
     }));
     for (index, obstacle) in scenario.obstacles.iter().enumerate() {
         let key = |name| format!("obstacles.{index}.{name}");
         let (radius_key, braking_key) = (key("radius_m"), key("braking_distance_m"));
         let radius = quantity(&radius_key, obstacle.radius_m);
-        faults.push(obstacle_name(scenario, index, obstacle));
-        faults.push(radius.above_zero());
-        faults.push(radius.below(quantity(&braking_key, obstacle.braking_distance_m)));
-        faults.push(sensed_too_late(scenario, &radius_key, &braking_key, obstacle));
+        flaws.push(obstacle_name(scenario, index, obstacle));
+        flaws.push(radius.above_zero());
+        flaws.push(radius.below(quantity(&braking_key, obstacle.braking_distance_m)));
+        flaws.push(sensed_too_late(scenario, &radius_key, &braking_key, obstacle));
     }
-    faults.into_iter().flatten().collect()
+    flaws.into_iter().flatten().collect()
 }
 
-fn obstacle_name(scenario: &Scenario, index: usize, obstacle: &Obstacle) -> Option<Fault> {
+fn obstacle_name(scenario: &Scenario, index: usize, obstacle: &Obstacle) -> Option<Flaw> {
     let key = |index| format!("obstacles.{index}.name");
     let name = &obstacle.name;
     let plain = name.chars().all(|c| c.is_ascii_graphic() || c == ' ');
     if name.trim().is_empty() || name.len() > OBSTACLE_NAME_MAX || !plain {
         let message =
             format!("{name:?} is not 1 to {OBSTACLE_NAME_MAX} plain (ASCII) characters: give such a name");
-        return Some(Fault::of(key(index), message));
+        return Some(Flaw::of(key(index), message));
     }
     let same = scenario.obstacles[..index].iter().position(|other| other.name == *name)?;
     let message = format!("{name:?} is also the name of obstacles.{same}: give each its own");
-    Some(Fault::of(key(index), message).needs(key(same)))
+    Some(Flaw::of(key(index), message).needs(key(same)))
 }
 
 /// An obstacle repels from its braking distance on; sensed later, it would repel later than Eq. (13) says.
-fn sensed_too_late(scenario: &Scenario, radius: &str, braking: &str, obstacle: &Obstacle) -> Option<Fault> {
+fn sensed_too_late(scenario: &Scenario, radius: &str, braking: &str, obstacle: &Obstacle) -> Option<Flaw> {
     let range = quantity("sensing.range_m", scenario.sensing.range_m);
     let from_edge = quantity(braking, obstacle.braking_distance_m - obstacle.radius_m);
     let (name, needed) = (&obstacle.name, from_edge.measure());
@@ -239,40 +240,40 @@ fn sensed_too_late(scenario: &Scenario, radius: &str, braking: &str, obstacle: &
             format!("{} is less than the {needed} from its edge at which {name:?} repels", range.measure());
         let far =
             format!("{name:?} repels {needed} from its edge, where {} does not reach", range.beside(braking));
-        Fault::of(range.key, format!("{short}: give a larger one"))
+        Flaw::of(range.key, format!("{short}: give a larger one"))
             .or(braking, format!("{far}: give a smaller one or a larger range"))
             .needs(radius)
     })
 }
 
-fn starts(scenario: &Scenario) -> Vec<Fault> {
+fn starts(scenario: &Scenario) -> Vec<Flaw> {
     let states = &scenario.start.uavs;
-    let mut faults = vec![number_of_starts(scenario)];
+    let mut flaws = vec![number_of_starts(scenario)];
     for (index, state) in states.iter().enumerate() {
         let (heading, place) = (format!("start.uavs.{index}.heading_deg"), position_key(index));
-        faults.push(angle(&heading, state.heading_deg));
-        faults.extend(start_speed(scenario, index, state));
-        faults.push(too_close(scenario, index, &place));
-        faults.extend(inside(scenario, index, &place));
+        flaws.push(angle(&heading, state.heading_deg));
+        flaws.extend(start_speed(scenario, index, state));
+        flaws.push(too_close(scenario, index, &place));
+        flaws.extend(inside(scenario, index, &place));
     }
-    faults.into_iter().flatten().collect()
+    flaws.into_iter().flatten().collect()
 }
 
 fn position_key(index: usize) -> String {
     format!("start.uavs.{index}.position_m")
 }
 
-fn number_of_starts(scenario: &Scenario) -> Option<Fault> {
+fn number_of_starts(scenario: &Scenario) -> Option<Flaw> {
     let (listed, uavs) = (scenario.start.uavs.len(), scenario.formation.uavs);
     (listed != 0 && listed != uavs as usize).then(|| {
         let list = format!("{listed} starts are listed, but formation.uavs is {uavs}: list {uavs}, or none");
         let number = format!("{uavs} UAVs, but start.uavs lists {listed}: list {uavs}, or none");
-        Fault::of("start.uavs", format!("{list} to have them drawn"))
+        Flaw::of("start.uavs", format!("{list} to have them drawn"))
             .or("formation.uavs", format!("{number} to have them drawn"))
     })
 }
 
-fn start_speed(scenario: &Scenario, index: usize, state: &StartState) -> [Option<Fault>; 2] {
+fn start_speed(scenario: &Scenario, index: usize, state: &StartState) -> [Option<Flaw>; 2] {
     let key = format!("start.uavs.{index}.speed_m_s");
     let speed = quantity(&key, state.speed_m_s);
     [
@@ -282,7 +283,7 @@ fn start_speed(scenario: &Scenario, index: usize, state: &StartState) -> [Option
 }
 
 /// Names only the first of those that a UAV is too close to: all of them would be a page.
-fn too_close(scenario: &Scenario, index: usize, key: &str) -> Option<Fault> {
+fn too_close(scenario: &Scenario, index: usize, key: &str) -> Option<Flaw> {
     let place = |state: &StartState| Point2::from(state.position_m);
     let states = &scenario.start.uavs;
     let collision = quantity("airframe.collision_distance_m", scenario.airframe.collision_distance_m);
@@ -291,25 +292,35 @@ fn too_close(scenario: &Scenario, index: usize, key: &str) -> Option<Fault> {
     let close = format!("UAV {} begins {:.2} m from UAV {}", index + 1, gap(&states[other]), other + 1);
     let within = format!("{close}, within {}", collision.beside(key));
     Some(
-        Fault::of(key, format!("{within}: move it away"))
+        Flaw::of(key, format!("{within}: move it away"))
             .or(position_key(other), format!("{within}: move it away"))
             .or(collision.key, format!("{within}: give a smaller one")),
     )
 }
 
-fn inside(scenario: &Scenario, index: usize, key: &str) -> Vec<Option<Fault>> {
+fn inside(scenario: &Scenario, index: usize, key: &str) -> Vec<Option<Flaw>> {
     let place = Point2::from(scenario.start.uavs[index].position_m);
     let is_in =
         |obstacle: &Obstacle| distance(&place, &Point2::from(obstacle.position_m)) <= obstacle.radius_m;
-    let fault = |(number, obstacle): (usize, &Obstacle)| {
+    let flaw = |(number, obstacle): (usize, &Obstacle)| {
         let message = format!("UAV {} begins inside {:?}: move it out", index + 1, obstacle.name);
         let obstacle_key = |name| format!("obstacles.{number}.{name}");
         is_in(obstacle).then(|| {
-            Fault::of(key, &*message)
+            Flaw::of(key, &*message)
                 .or(obstacle_key("position_m"), &*message)
                 .or(obstacle_key("radius_m"), &*message)
                 .needs(obstacle_key("name"))
         })
     };
-    scenario.obstacles.iter().enumerate().map(fault).collect()
+    scenario.obstacles.iter().enumerate().map(flaw).collect()
+}
+
+/// One that comes after the end of the flight never happens, and is none.
+fn faults(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
+    scenario.faults.iter().enumerate().flat_map(move |(index, fault)| {
+        let (at, what) = (format!("faults.{index}.at_s"), format!("faults.{index}.do"));
+        let refusal = fault.action.refusal(scenario.formation.uavs);
+        let refusal = refusal.map(|why| Flaw::of(what, &*why).or("formation.uavs", why));
+        [quantity(&at, fault.at_s).not_below_zero(), refusal].into_iter().flatten().collect::<Vec<_>>()
+    })
 }

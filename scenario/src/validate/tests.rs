@@ -10,14 +10,11 @@ fn sound() -> Scenario {
     scenario
 }
 
-/// What is said of a sound scenario after `change`, as the author of the first key of each fault is told it.
+/// What is said of a sound scenario after `change`, as the author of the first key of each flaw is told it.
 fn said(change: impl FnOnce(&mut Scenario)) -> Vec<String> {
     let mut scenario = sound();
     change(&mut scenario);
-    faults(&scenario)
-        .iter()
-        .map(|fault| format!("{}: {}", fault.views[0].key, fault.views[0].message))
-        .collect()
+    flaws(&scenario).iter().map(|flaw| format!("{}: {}", flaw.views[0].key, flaw.views[0].message)).collect()
 }
 
 /// The keys blamed after `change`.
@@ -27,7 +24,7 @@ fn blamed(change: impl FnOnce(&mut Scenario)) -> Vec<String> {
 
 #[test]
 fn the_defaults_and_the_example_are_sound() {
-    assert_eq!(faults(&Scenario::default()), []);
+    assert_eq!(flaws(&Scenario::default()), []);
     assert_eq!(said(|_| ()), [""; 0]);
 }
 
@@ -83,13 +80,13 @@ fn every_bound_of_a_single_quantity_is_kept() {
 
 #[test]
 fn requirements_are_not_below_zero() {
-    let faults = blamed(|s| {
+    let flaws = blamed(|s| {
         s.requirements.clearance_min_m = Some(-1.0);
         s.requirements.separation_min_m = Some(-1.0);
         s.requirements.settling_max_s = Some(-1.0);
         s.requirements.slot_error_max_m = Some(-1.0);
     });
-    assert_eq!(faults.len(), 4);
+    assert_eq!(flaws.len(), 4);
     assert_eq!(said(|s| s.requirements = Requirements::default()), [""; 0]);
 }
 

@@ -1,0 +1,95 @@
+//! Seeded draws that depend on what they are for and on nothing else, so that one more of one never shifts another.
+
+use rand_chacha::{
+    ChaCha8Rng,
+    rand_core::{Rng, SeedableRng},
+};
+
+/// A stream of draws: as many as one decision needs.
+#[derive(Debug, Clone)]
+pub struct Draws(ChaCha8Rng);
+
+impl Draws {
+    /// The draws of `seed` for the purpose that `words` name, at `moment`.
+    pub fn new(seed: u64, words: [u64; 3], moment: u64) -> Self {
+        let mut key = [0; 32];
+        for (place, word) in key.chunks_exact_mut(8).zip([seed, words[0], words[1], words[2]]) {
+            place.copy_from_slice(&word.to_le_bytes());
+        }
+        let mut stream = ChaCha8Rng::from_seed(key);
+        stream.set_stream(moment);
+        Self(stream)
+    }
+
+    /// In [0, 1), by the 53 bits that a double holds: the same in every version of every library.
+    pub fn uniform(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Gaussian, of mean 0 and standard deviation 1 (Box and Muller).
+    pub fn normal(&mut self) -> f64 {
+        let (radius, angle) = (1.0 - self.uniform(), std::f64::consts::TAU * self.uniform());
+        (-2.0 * libm::log(radius)).sqrt() * libm::cos(angle)
+    }
+
+    /// Of a Pareto tail that begins at 0, with this mean and a shape above 1 (Lomax).
+    pub fn tail(&mut self, mean: f64, shape: f64) -> f64 {
+        let scale = mean * (shape - 1.0);
+        scale * (libm::pow(1.0 - self.uniform(), -1.0 / shape) - 1.0)
+    }
+
+    /// `count` of the numbers from 1 to `last`, each set of them equally likely, in order.
+    pub fn choose(&mut self, count: u32, last: u32) -> Vec<u32> {
+        let mut all: Vec<u32> = (1..=last).collect();
+        let count = (count as usize).min(all.len());
+        for place in 0..count {
+            let left = all.len() - place;
+            all.swap(place, place + (self.uniform() * left as f64) as usize);
+        }
+        all.truncate(count);
+        all.sort_unstable();
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mean_of(draw: impl Fn(&mut Draws) -> f64) -> f64 {
+        const COUNT: u64 = 20_000;
+        (0..COUNT).map(|moment| draw(&mut Draws::new(7, [1, 2, 3], moment))).sum::<f64>() / COUNT as f64
+    }
+
+    #[test]
+    fn each_distribution_has_its_moments() {
+        assert!((mean_of(Draws::uniform) - 0.5).abs() < 0.01);
+        assert!(mean_of(Draws::normal).abs() < 0.03);
+        assert!((mean_of(|draws| draws.normal().powi(2)) - 1.0).abs() < 0.05);
+        assert!((mean_of(|draws| draws.tail(0.2, 3.0)) - 0.2).abs() < 0.01);
+    }
+
+    #[test]
+    fn seed_purpose_and_moment_each_make_another_draw() {
+        let draw = |seed, words, moment| Draws::new(seed, words, moment).uniform();
+        let one = draw(1, [1, 2, 3], 4);
+        assert_eq!(one, draw(1, [1, 2, 3], 4));
+        for other in
+            [draw(2, [1, 2, 3], 4), draw(1, [2, 1, 3], 4), draw(1, [1, 2, 4], 4), draw(1, [1, 2, 3], 5)]
+        {
+            assert_ne!(one, other);
+        }
+    }
+
+    #[test]
+    fn every_number_is_chosen_as_often() {
+        let mut counts = [0; 5];
+        for moment in 0..5000 {
+            let chosen = Draws::new(1, [0; 3], moment).choose(2, 5);
+            assert!(chosen.len() == 2 && chosen[0] < chosen[1]);
+            chosen.iter().for_each(|number| counts[*number as usize - 1] += 1);
+        }
+        assert!(counts.iter().all(|count| (1850..2150).contains(count)), "{counts:?}");
+        assert_eq!(Draws::new(1, [0; 3], 0).choose(9, 3), [1, 2, 3]);
+    }
+}

@@ -1,0 +1,332 @@
+use super::{
+    Action, Deed, Delay, Fault, Links, Receiver, Sender, Source, Targets, Trouble,
+    schedule::{Act, Schedule, Target},
+};
+use proptest::{collection::vec, option, prelude::*};
+
+fn action(text: &str) -> Action {
+    text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+fn refusal(text: &str) -> String {
+    text.parse::<Action>().unwrap_err().to_string()
+}
+
+#[test]
+fn sentences_are_said_back_in_one_way() {
+    for (said, back) in [
+        ("kill uav 3", "kill uav 3"),
+        ("KILL  UAV 3 , 5", "kill uav 3,5"),
+        ("stop all uavs", "stop all uavs"),
+        ("freeze leader for 2000 ms", "freeze leader for 2 s"),
+        ("thaw random 2 uavs", "thaw random 2 uavs"),
+        ("restart recorder after 0.5 s", "restart recorder after 500 ms"),
+        ("flap uav 3 every 4s for 20s", "flap uav 3 every 4 s for 20 s"),
+        ("slow uav 3 by 20ms", "slow uav 3 by 20 ms"),
+        ("link 2 -> 3 delay 0.2 s", "link 2->3 delay 200 ms"),
+        ("link 2->3 delay 200 ms jitter 50 ms for 10 s", "link 2->3 delay 200 ms jitter 50 ms for 10 s"),
+        ("link 3<->2 delay 1 s normal 0.1 s", "link 2<->3 delay 1 s normal 100 ms"),
+        ("link all delay 0 s pareto 30 ms", "link all delay 0 s pareto 30 ms shape 3"),
+        ("link all->all delay trace {20 ms,0.035 s}", "link all->all delay trace {20 ms, 35 ms}"),
+        ("link own->3 loss 0.3", "link own->3 loss 30 %"),
+        ("link leader->all gilbert 1% 10%", "link leader->all gilbert 1 % 10 % 0 1"),
+        ("link all reorder 25 %", "link all reorder 25 % by 50 ms"),
+        ("link all duplicate 20%", "link all duplicate 20 %"),
+        ("link 4->2 bias x 3 m heading 5 deg", "link 4->2 bias x 3 m y 0 m heading 5 deg"),
+        ("link 4->2 noise position 2 m", "link 4->2 noise position 2 m heading 0 deg"),
+        ("partition {1,2,3}|{4,5,6}", "partition {1,2,3}|{4,5,6}"),
+        ("partition {1}|{4}|{5} hold for 1 s", "partition {1}|{4}|{5} hold for 1 s"),
+        ("isolate uav 3 blackout for 5 s", "isolate 3 for 5 s"),
+        ("heal all", "heal all"),
+        ("heal link 2->3", "heal link 2->3"),
+        ("heal isolate 3", "heal isolate 3"),
+    ] {
+        assert_eq!(action(said).to_string(), back);
+    }
+    assert_eq!("at 30 s kill uav 3".parse::<Fault>().unwrap().to_string(), "at 30 s kill uav 3");
+}
+
+#[test]
+fn what_is_not_understood_is_named_with_what_would_be() {
+    for (said, why) in [
+        (
+            "",
+            "nothing is said: give kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+        ),
+        (
+            "kil uav 3",
+            "word 1, \"kil\": did you mean kill? Give kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+        ),
+        ("kill", "after \"kill\": give uav, random, all, leader, recorder or world"),
+        ("kill 3", "word 2, \"3\": give uav, random, all, leader, recorder or world"),
+        ("kill uav three", "word 3, \"three\": give a UAV's number, from 1"),
+        ("kill uav 0", "word 3, \"0\": give a UAV's number, from 1"),
+        ("kill uav 3 now", "word 4, \"now\": give the end of the sentence"),
+        ("freeze uav 3 for 2", "after \"2\": give s or ms"),
+        ("freeze uav 3 for 2 sec", "word 6, \"sec\": give s or ms"),
+        (
+            "freeze uav 3 for 0 s",
+            "word 5, \"0\": is out of range: give a time above 0, such as 10 s, of at most a day",
+        ),
+        ("restart uav 3 5 s", "word 4, \"5\": give after"),
+        ("link 2>3 loss 3 %", "word 3, \">\": give ->"),
+        (
+            "link 2->3",
+            "after \"3\": give delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
+        ),
+        (
+            "link 2->3 dealy 3 s",
+            "word 5, \"dealy\": did you mean delay? Give delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
+        ),
+        (
+            "link 2->3 loss 30",
+            "word 6, \"30\": is not within 0 and 1: give a probability, such as 30 % or 0.3",
+        ),
+        (
+            "link 2->3 delay soon",
+            "word 6, \"soon\": give a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"",
+        ),
+        ("link 2->3 delay 1 s pareto 1 s shape 1", "word 12, \"1\": is not above 1: give a shape such as 3"),
+        ("partition {1,2}", "after \"}\": give |"),
+        ("partition {1,2}|{2}", "after \"}\": give each UAV in one group: uav 2 is in two"),
+        ("heal uav 3", "word 2, \"uav\": give all, link, partition or isolate"),
+    ] {
+        assert_eq!(refusal(said), why, "{said}");
+    }
+    let late = "kill uav 3".parse::<Fault>().unwrap_err().to_string();
+    assert_eq!(late, "word 1, \"kill\": give when first, such as in: at 30 s kill uav 3");
+}
+
+#[test]
+fn what_cannot_be_done_to_a_swarm_is_refused_with_the_reason() {
+    for (said, why) in [
+        ("kill uav 7", Some("there is no uav 7: this run has UAVs 1 to 6")),
+        ("isolate 9", Some("there is no uav 9: this run has UAVs 1 to 6")),
+        ("link 2->8 hold", Some("there is no uav 8: this run has UAVs 1 to 6")),
+        ("stop random 7 uavs", Some("there are no 7 UAVs to draw: this run has 6")),
+        ("kill world", None),
+        ("partition {1,2}|{5,6}", None),
+    ] {
+        assert_eq!(action(said).refusal(6).as_deref(), why, "{said}");
+    }
+    assert!(action("freeze world for 1 s").refusal(6).unwrap().starts_with("the world keeps the time"));
+}
+
+#[test]
+fn links_are_those_that_were_named() {
+    let covered = |text: &str| {
+        let (Action::Link { links, .. } | Action::Heal(links)) = action(text) else { panic!("{text}") };
+        let sources = (1..=4).map(Source::Uav).chain([Source::Leader, Source::Own]);
+        let pairs = sources.flat_map(|from| (1..=4).map(move |to| (from, to)));
+        let named = pairs.filter(|(from, to)| *from != Source::Uav(*to) && links.cover(*from, *to));
+        named.map(|(from, to)| format!("{from}->{to}")).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(covered("link 2->3 hold"), "2->3");
+    assert_eq!(covered("link 2<->4 hold"), "2->4 4->2");
+    assert_eq!(covered("link all->3 hold"), "1->3 2->3 4->3");
+    assert_eq!(covered("link leader->2 hold"), "leader->2");
+    assert_eq!(covered("link own->all hold"), "own->1 own->2 own->3 own->4");
+    assert_eq!(covered("isolate 1"), "1->2 1->3 1->4 2->1 3->1 4->1 leader->1");
+    assert_eq!(covered("partition {1,2}|{3}"), "1->3 2->3 3->1 3->2");
+    assert_eq!(covered("link all hold").split(' ').count(), 12 + 4);
+}
+
+fn schedule<'f>(faults: &'f [Fault], seed: u64) -> Schedule<'f> {
+    Schedule { faults, seed, rate_hz: 100, uavs: 6 }
+}
+
+fn faults(sentences: &[&str]) -> Vec<Fault> {
+    sentences.iter().map(|text| text.parse().unwrap()).collect()
+}
+
+#[test]
+fn each_process_is_met_at_its_tick() {
+    let faults = faults(&[
+        "at 2 s flap uav 2 every 1 s for 2 s",
+        "at 1 s restart leader after 5 s",
+        "at 3 s freeze uav 4,5 for 10 ms",
+        "at 0 s slow uav 1 by 3 ms for 1 s",
+    ]);
+    let met: Vec<_> =
+        schedule(&faults, 1).interventions().iter().map(|one| (one.tick, one.target, one.act)).collect();
+    let (kill, uav) = (Act::Kill { returns: true }, Target::Uav);
+    assert_eq!(
+        met,
+        [
+            (100, Target::Leader, kill),
+            (200, uav(2), kill),
+            (250, uav(2), Act::Start),
+            (300, uav(2), kill),
+            (300, uav(4), Act::Freeze),
+            (300, uav(5), Act::Freeze),
+            (301, uav(4), Act::Thaw),
+            (301, uav(5), Act::Thaw),
+            (350, uav(2), Act::Start),
+            (600, Target::Leader, Act::Start),
+        ]
+    );
+    let slow = schedule(&faults, 1).slownesses();
+    assert_eq!((slow.len(), slow[0].target, slow[0].begin, slow[0].end), (1, uav(1), 0, 100));
+}
+
+#[test]
+fn random_targets_are_the_seeds_and_their_ticks() {
+    let faults =
+        faults(&["at 2 s kill random 2 uavs", "at 3 s kill random 2 uavs", "at 3 s stop random 2 uavs"]);
+    let drawn = |seed| {
+        let met = schedule(&faults, seed).interventions();
+        met.chunks(2).map(|pair| [pair[0].target, pair[1].target]).collect::<Vec<_>>()
+    };
+    assert_eq!(drawn(1), drawn(1));
+    assert!((2..9).any(|seed| drawn(seed) != drawn(1)));
+    assert!((1..9).any(|seed| drawn(seed)[1] != drawn(seed)[2]), "two draws at one tick are two draws");
+    let without_first: Vec<_> = schedule(&faults[1..], 1)
+        .interventions()
+        .chunks(2)
+        .map(|pair| [pair[0].target, pair[1].target])
+        .collect();
+    assert_eq!(drawn(1)[1..], without_first);
+}
+
+#[test]
+fn a_link_fault_lasts_for_its_time_or_until_it_is_healed() {
+    let faults = faults(&[
+        "at 5 s heal link 2->3",
+        "at 1 s link 2->3 hold",
+        "at 2 s isolate 4 for 10 s",
+        "at 3 s link all loss 3 %",
+        "at 8 s heal all",
+    ]);
+    let spans: Vec<_> =
+        schedule(&faults, 1).link_faults().iter().map(|fault| (fault.begin, fault.end)).collect();
+    assert_eq!(spans, [(100, Some(500)), (200, Some(800)), (300, Some(800))]);
+}
+
+fn time() -> impl Strategy<Value = f64> {
+    prop_oneof![(1..100_000_u32).prop_map(|ms| f64::from(ms) / 1000.0), 1e-9..80_000.0_f64]
+}
+
+fn share() -> impl Strategy<Value = f64> {
+    prop_oneof![(0..=100_u32).prop_map(|percent| f64::from(percent) / 100.0), 0.0..=1.0_f64]
+}
+
+fn heading() -> impl Strategy<Value = f64> {
+    prop_oneof![(-180..180_i32).prop_map(|deg| f64::from(deg).to_radians()), -6.0..6.0_f64]
+}
+
+fn targets() -> impl Strategy<Value = Targets> {
+    prop_oneof![
+        Just(Targets::World),
+        Just(Targets::Leader),
+        Just(Targets::Recorder),
+        Just(Targets::AllUavs),
+        (1..9_u32).prop_map(Targets::Random),
+        vec(1..99_u32, 1..5).prop_map(Targets::Uavs),
+    ]
+}
+
+fn deed() -> impl Strategy<Value = Deed> {
+    prop_oneof![
+        Just(Deed::Kill),
+        Just(Deed::Stop),
+        Just(Deed::Thaw),
+        Just(Deed::Start),
+        option::of(time()).prop_map(|for_s| Deed::Freeze { for_s }),
+        time().prop_map(|after_s| Deed::Restart { after_s }),
+        (time(), time()).prop_map(|(every_s, for_s)| Deed::Flap { every_s, for_s }),
+        (time(), option::of(time())).prop_map(|(by_s, for_s)| Deed::Slow { by_s, for_s }),
+    ]
+}
+
+fn links() -> impl Strategy<Value = Links> {
+    let sender = prop_oneof![
+        Just(Sender::All),
+        Just(Sender::Leader),
+        Just(Sender::Own),
+        (1..99_u32).prop_map(Sender::Uav)
+    ];
+    let receiver = prop_oneof![Just(Receiver::All), (1..99_u32).prop_map(Receiver::Uav)];
+    prop_oneof![
+        (sender, receiver).prop_map(|(from, to)| Links::From(from, to)),
+        (1..50_u32, 50..99_u32).prop_map(|(one, other)| Links::Between(one, other)),
+        Just(Links::All),
+        (1..9_u32, 9..20_u32).prop_map(|(cut, last)| {
+            Links::Partition(vec![(1..=cut).collect(), (cut + 1..=last).collect()])
+        }),
+        (1..99_u32).prop_map(Links::Isolate),
+    ]
+}
+
+fn delay() -> impl Strategy<Value = Delay> {
+    prop_oneof![
+        time().prop_map(|by_s| Delay::Constant { by_s }),
+        (time(), time()).prop_map(|(by_s, jitter_s)| Delay::Uniform { by_s, jitter_s }),
+        (time(), time()).prop_map(|(by_s, deviation_s)| Delay::Normal { by_s, deviation_s }),
+        (time(), time(), 1.01..9.0_f64).prop_map(|(by_s, tail_s, shape)| Delay::Pareto {
+            by_s,
+            tail_s,
+            shape
+        }),
+        vec(time(), 1..9).prop_map(Delay::Trace),
+        "[a-z/. ]{1,12}".prop_map(Delay::File),
+    ]
+}
+
+fn trouble() -> impl Strategy<Value = Trouble> {
+    prop_oneof![
+        delay().prop_map(Trouble::Delay),
+        share().prop_map(Trouble::Loss),
+        (share(), share(), share(), share()).prop_map(|(p, r, h, k)| Trouble::Gilbert { p, r, h, k }),
+        Just(Trouble::Blackout),
+        Just(Trouble::Hold),
+        Just(Trouble::Stuck),
+        share().prop_map(Trouble::Duplicate),
+        (share(), time()).prop_map(|(p, by_s)| Trouble::Reorder { p, by_s }),
+        (-1e3..1e3_f64, -1e3..1e3_f64, heading()).prop_map(|(x_m, y_m, heading_rad)| Trouble::Bias {
+            x_m,
+            y_m,
+            heading_rad
+        }),
+        (0.0..1e3_f64, heading())
+            .prop_map(|(position_m, heading)| Trouble::Noise { position_m, heading_rad: heading.abs() }),
+    ]
+}
+
+fn any_action() -> impl Strategy<Value = Action> {
+    prop_oneof![
+        (deed(), targets()).prop_map(|(deed, targets)| Action::Process { deed, targets }),
+        (links(), trouble(), option::of(time())).prop_map(|(links, trouble, for_s)| Action::Link {
+            links,
+            trouble,
+            for_s
+        }),
+        links().prop_map(Action::Heal),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn what_is_said_is_understood_as_it_was_meant(at_s in time(), action in any_action()) {
+        let fault = Fault { at_s, action };
+        prop_assert_eq!(fault.to_string().parse::<Fault>(), Ok(fault.clone()));
+    }
+
+    #[test]
+    fn no_sentence_makes_it_panic(text in ".{0,60}", words in vec("[a-z{},|<>\\-%0-9. ]{0,6}|kill|link|all|delay|for", 0..9)) {
+        let _ = text.parse::<Fault>();
+        let _ = words.join(" ").parse::<Action>();
+        let _ = format!("at 3 s {}", words.join(" ")).parse::<Fault>();
+    }
+
+    #[test]
+    fn a_schedule_is_in_order_and_every_freeze_with_a_time_is_thawed(at_s in vec(0.0..99.0_f64, 1..9), for_s in time()) {
+        let freeze = |at_s| Fault { at_s, action: Action::Process {
+            deed: Deed::Freeze { for_s: Some(for_s) }, targets: Targets::Random(2),
+        } };
+        let faults: Vec<_> = at_s.into_iter().map(freeze).collect();
+        let met = schedule(&faults, 3).interventions();
+        prop_assert!(met.is_sorted_by_key(|one| one.tick));
+        let count = |act| met.iter().filter(|one| one.act == act).count();
+        prop_assert_eq!(count(Act::Freeze), count(Act::Thaw));
+    }
+}
