@@ -94,11 +94,6 @@ impl Pilot {
         }
     }
 
-    /// The newest tick before `now` in which it knows where the leader was.
-    pub fn led_until(&self, now: Tick) -> Option<Tick> {
-        self.leader.before(now).map(|track| track.tick)
-    }
-
     /// Decides for `now`; `None` when nothing was sensed in this tick.
     ///
     /// A UAV that has not heard of the leader yet keeps its heading and speed.

@@ -36,7 +36,7 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
     let publisher = channel::leader(scenario.formation.uavs).publisher(member.node())?;
     let mut patience = if scenario.time.real_time { Patience::calm() } else { Patience::eager() };
     let gate = member.attend()?;
-    let mut seen = None;
+    let mut seen = gate.missed();
     while let Wait::Tick(tick) = gate.wait(seen, &mut patience, member.stop()) {
         let woke_ns = monotonic_ns();
         let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() };

@@ -3,8 +3,8 @@
 //! Senders never wait for readers: the oldest sample of a reader that lags is replaced, and the gap shows in the ticks.
 
 use crate::{
-    BusError, Command, Event, FormationError, LeaderState, Roster, Sensed, Stamps, TickTiming, UavId,
-    UavState,
+    BusError, Command, Event, FormationError, LeaderState, LinkCounts, Roster, Sensed, Stamps, TickTiming,
+    UavId, UavState,
 };
 use iceoryx2::{
     node::Node,
@@ -48,10 +48,16 @@ pub fn failed_connections() -> u64 {
     FAILED_CONNECTIONS.load(Relaxed)
 }
 
+/// What a [`Channel`] can carry.
+pub trait Message: Debug + ZeroCopySend + 'static {}
+
+impl<T: Debug + ZeroCopySend + 'static> Message for T {}
+
 /// One service: a name, the message it carries, and its quality of service.
 #[derive(Debug, Clone)]
 pub struct Channel<T> {
     name: String,
+    senders: usize,
     readers: usize,
     depth: usize,
     _message: PhantomData<T>,
@@ -75,6 +81,14 @@ pub fn command(uav: UavId) -> Channel<Command> {
 /// Where the leader is, for a swarm of `uavs`.
 pub fn leader(uavs: u32) -> Channel<LeaderState> {
     Channel::new("leader/state".into(), uavs as usize + 2, RECORDER_DEPTH)
+}
+
+/// What becomes of samples on links with faults, from the agents of a swarm of `uavs` that receive them.
+///
+/// One service for all, unlike the others: nobody but the recorder listens, and most agents never send.
+pub fn links(uavs: u32) -> Channel<LinkCounts> {
+    let channel = Channel::new("uav/links".into(), 2, RECORDER_DEPTH);
+    Channel { senders: uavs as usize + MAX_PUBLISHERS, ..channel }
 }
 
 /// How long each tick took, from the world.
@@ -113,6 +127,7 @@ impl Services {
     pub fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Self, BusError> {
         let mut held: Vec<Box<dyn Debug>> = vec![
             Box::new(leader(uavs).create(node)?),
+            Box::new(links(uavs).create(node)?),
             Box::new(timing().create(node)?),
             Box::new(world_events().create(node)?),
             Box::new(launcher_events().create(node)?),
@@ -128,9 +143,9 @@ impl Services {
     }
 }
 
-impl<T: Debug + ZeroCopySend + 'static> Channel<T> {
+impl<T: Message> Channel<T> {
     fn new(name: String, readers: usize, depth: usize) -> Self {
-        Self { name, readers: readers + SPARE, depth, _message: PhantomData }
+        Self { name, senders: MAX_PUBLISHERS, readers: readers + SPARE, depth, _message: PhantomData }
     }
 
     fn service_name(&self) -> Result<ServiceName, BusError> {
@@ -141,9 +156,9 @@ impl<T: Debug + ZeroCopySend + 'static> Channel<T> {
         node.service_builder(&self.service_name()?)
             .publish_subscribe::<T>()
             .user_header::<Stamps>()
-            .max_publishers(MAX_PUBLISHERS)
+            .max_publishers(self.senders)
             .max_subscribers(self.readers)
-            .max_nodes(self.readers + MAX_PUBLISHERS)
+            .max_nodes(self.readers + self.senders)
             .subscriber_max_buffer_size(self.depth)
             .subscriber_max_borrowed_samples(2)
             .history_size(1)
@@ -218,12 +233,12 @@ fn count_failure() -> DegradationAction {
 
 /// The sending end of a [`Channel`].
 #[derive(Debug)]
-pub struct Publisher<T: Debug + ZeroCopySend + 'static> {
+pub struct Publisher<T: Message> {
     port: publisher::Publisher<ipc::Service, T, Stamps>,
     name: String,
 }
 
-impl<T: Debug + ZeroCopySend + 'static> Publisher<T> {
+impl<T: Message> Publisher<T> {
     /// Sends `message` to everybody who listens; waits for nobody.
     pub fn send(&self, message: T, stamps: Stamps) -> Result<(), BusError> {
         let failed =
@@ -237,12 +252,12 @@ impl<T: Debug + ZeroCopySend + 'static> Publisher<T> {
 
 /// A receiving end of a [`Channel`].
 #[derive(Debug)]
-pub struct Subscriber<T: Debug + ZeroCopySend + 'static> {
+pub struct Subscriber<T: Message> {
     port: subscriber::Subscriber<ipc::Service, T, Stamps>,
     name: String,
 }
 
-impl<T: Debug + ZeroCopySend + 'static> Subscriber<T> {
+impl<T: Message> Subscriber<T> {
     /// Hands over everything that has come, oldest first.
     pub fn drain(&self, mut take: impl FnMut(&T, &Stamps)) -> Result<(), BusError> {
         self.drain_until(|message, stamps| {

@@ -149,6 +149,11 @@ impl Domain {
         self.root().join("gate")
     }
 
+    /// Where the launcher listens to those who want something done to the run: a Unix socket.
+    pub fn request_path(&self) -> PathBuf {
+        self.root().join("requests")
+    }
+
     /// Whether the run's launcher lives: it holds the lock.
     pub fn has_launcher(&self) -> bool {
         let lock = fs::File::open(self.id.lock_path());

@@ -43,11 +43,18 @@ struct Page {
     led: Line<AtomicU32>,
     /// 1 when the user wants the run to end.
     stop: Line<AtomicU32>,
+    /// The tick that the world does not open before something was done to the run, or [`NOT_HELD`].
+    held: Line<AtomicI64>,
+    /// Grows each time that the world begins to hold.
+    holds: Line<AtomicU32>,
+    /// Grows with each fault that is added while the run goes on.
+    faults: Line<AtomicU32>,
     /// Process id of each part that is ready, 0 for those that are not.
     attendance: [AtomicU32; 3 + MAX_UAVS as usize],
 }
 
 const CLOSED: u32 = u32::MAX;
+const NOT_HELD: i64 = i64::MIN;
 /// Sleeps are cut into pieces, so that nobody sleeps through a signal that came just before.
 const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 /// Ticks that make a batch for the recorder in lockstep.
@@ -56,6 +63,7 @@ const BATCH_TICKS: i64 = 16;
 /// The page as one process sees it.
 pub struct Gate {
     map: MmapRaw,
+    missed: Option<Tick>,
 }
 
 /// What waiting at the gate ended with.
@@ -79,7 +87,9 @@ impl Gate {
             .open(path)
             .map_err(BusError::file(path))?;
         file.set_len(size_of::<Page>() as u64).map_err(BusError::file(path))?;
-        Ok(Self { map: MmapRaw::map_raw(&file).map_err(BusError::file(path))? })
+        let gate = Self { map: MmapRaw::map_raw(&file).map_err(BusError::file(path))?, missed: None };
+        gate.release();
+        Ok(gate)
     }
 
     /// Opens the page of a domain that somebody else made.
@@ -90,7 +100,7 @@ impl Gate {
             let short = std::io::Error::other("shorter than a tick gate; it belongs to another version");
             return Err(BusError::file(path)(short));
         }
-        Ok(Self { map })
+        Ok(Self { map, missed: None })
     }
 
     #[expect(unsafe_code, reason = "the one view of shared memory that iceoryx2 does not manage")]
@@ -157,6 +167,18 @@ impl Gate {
         sleep_on(&self.page().nudges.0, seen, limit);
     }
 
+    /// Says that `tick` is not opened before something was done to the run.
+    pub fn hold_before(&self, tick: Tick) {
+        self.page().held.0.store(tick.0, SeqCst);
+        self.page().holds.0.fetch_add(1, SeqCst);
+        wake_all(&self.page().holds.0);
+    }
+
+    /// Says that it is done.
+    pub fn release(&self) {
+        self.page().held.0.store(NOT_HELD, SeqCst);
+    }
+
     /// Ends the flight for everybody.
     pub fn close(&self) {
         let page = self.page();
@@ -212,6 +234,21 @@ impl Gate {
         }
     }
 
+    /// The tick that was open, and answered by all, when this process came: it has no part in that one.
+    pub fn missed(&self) -> Option<Tick> {
+        self.missed
+    }
+
+    /// To be called before the process says that it is there: from then on the world may go on.
+    pub(crate) fn note_missed(&mut self) {
+        self.missed = self.held().and_then(|_| self.tick());
+    }
+
+    /// How many faults were added while the run goes on.
+    pub fn faults(&self) -> u32 {
+        self.page().faults.0.load(SeqCst)
+    }
+
     // --- the leader's side ---
 
     /// Says that everybody has been told where the leader is at `tick`, and answers.
@@ -251,6 +288,25 @@ impl Gate {
     }
 
     // --- the launcher's side ---
+
+    /// The tick that the world does not open before something was done to the run.
+    pub fn held(&self) -> Option<Tick> {
+        Some(self.page().held.0.load(SeqCst)).filter(|tick| *tick != NOT_HELD).map(Tick)
+    }
+
+    /// Waits until the world holds anew after the first `seen` times, at most for `limit`; returns how often it has.
+    pub fn wait_for_hold(&self, seen: u32, limit: Duration) -> u32 {
+        let holds = &self.page().holds.0;
+        if holds.load(SeqCst) == seen {
+            sleep_on(holds, seen, limit);
+        }
+        holds.load(SeqCst)
+    }
+
+    /// Says that there are `count` faults that were added while the run goes on.
+    pub fn set_faults(&self, count: u32) {
+        self.page().faults.0.store(count, SeqCst);
+    }
 
     /// Wakes the world if it waits, to look again at what it waits for.
     pub fn nudge_world(&self) {

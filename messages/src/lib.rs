@@ -16,15 +16,15 @@ pub mod payload;
 pub mod report;
 pub mod stamp;
 
-pub use channel::{Channel, Publisher, Subscriber};
+pub use channel::{Channel, Message, Publisher, Subscriber};
 pub use domain::{Domain, DomainId};
 pub use event::{Event, Level};
 pub use gate::{Gate, Wait};
 pub use id::{Part, Tick, UavId};
 pub use member::{Member, StopFlag};
 pub use payload::{
-    AgeTicks, Command, FlightMode, FormationError, LeaderState, Roster, Sensed, SensedObstacle, Terms,
-    TickTiming, UavState,
+    AgeTicks, Command, FlightMode, FormationError, LeaderState, LinkCounts, LinkSource, Roster, Sensed,
+    SensedObstacle, Terms, TickTiming, UavState,
 };
 pub use report::{Collision, Latency, WorldReport};
 pub use stamp::{Stamps, monotonic_ns};

@@ -101,11 +101,12 @@ impl Member {
 
     /// Says that all ports are open, and hands over the gate to wait at.
     pub fn attend(&self) -> Result<Gate, BusError> {
-        let gate = self.domain.gate()?;
+        let mut gate = self.domain.gate()?;
         if let Some(other) = gate.attendant(self.part).filter(|pid| is_running(*pid)) {
             let problem = format!("process {other} already is the {} of this run", self.part);
             return Err(BusError::Domain { id: self.domain.id().to_string(), problem });
         }
+        gate.note_missed();
         gate.set_attendant(self.part, Some(std::process::id()));
         Ok(gate)
     }

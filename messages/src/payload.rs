@@ -5,6 +5,7 @@
 use crate::{Tick, UavId};
 use bytemuck::{NoUninit, Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
+use std::fmt;
 
 /// Where the virtual leader is, once a tick: the centre of the formation.
 #[derive(Debug, Clone, Copy, PartialEq, NoUninit, ZeroCopySend)]
@@ -242,12 +243,83 @@ pub struct TickTiming {
     pub reserved: u32,
 }
 
+/// Where a link comes from.
+///
+/// A number and not an `enum`: whatever bytes another process wrote, reading them is defined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, NoUninit, ZeroCopySend)]
+#[type_name("ringwing.LinkSource.v1")]
+#[repr(C)]
+pub struct LinkSource(u32);
+
+impl LinkSource {
+    /// The leader.
+    pub const LEADER: Self = Self(0);
+    /// The receiver's own airframe.
+    pub const OWN: Self = Self(u32::MAX);
+
+    /// The agent of `uav`.
+    pub fn uav(uav: UavId) -> Self {
+        Self(uav.0)
+    }
+}
+
+impl fmt::Display for LinkSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::LEADER => f.write_str("leader"),
+            Self::OWN => f.write_str("own"),
+            Self(uav) => uav.fmt(f),
+        }
+    }
+}
+
+/// What has become of the samples of one link since its receiver began, from the receiver, once a simulated second and
+/// only while the link has faults.
+///
+/// `offered + duplicated == delivered + lost + in_flight`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, NoUninit, ZeroCopySend)]
+#[type_name("ringwing.LinkCounts.v1")]
+#[repr(C)]
+pub struct LinkCounts {
+    /// The tick of this count.
+    pub tick: Tick,
+    /// Sent, and early enough to be used by now.
+    pub offered: u64,
+    /// Used, duplicates too.
+    pub delivered: u64,
+    /// Of those delivered, how many came later than on a sound link.
+    pub late: u64,
+    /// Lost on the way.
+    pub lost: u64,
+    /// Copies made on the way.
+    pub duplicated: u64,
+    /// On the way now.
+    pub in_flight: u64,
+    /// From whom.
+    pub from: LinkSource,
+    /// To whom.
+    pub to: UavId,
+}
+
+impl LinkCounts {
+    /// Nothing has been sent yet.
+    pub fn none(from: LinkSource, to: UavId) -> Self {
+        let tick = Tick::APPROACH;
+        Self { tick, offered: 0, delivered: 0, late: 0, lost: 0, duplicated: 0, in_flight: 0, from, to }
+    }
+
+    /// As it is called in sentences: `2->3`.
+    pub fn link(&self) -> String {
+        format!("{}->{}", self.from, self.to.0)
+    }
+}
+
 /// How many UAVs a [`Roster`] can name.
 pub const MAX_UAVS: u32 = 1024;
 
 /// Which processes the world may wait for, from the launcher, whenever it changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ringwing.Roster.v1")]
+#[type_name("ringwing.Roster.v2")]
 #[repr(C)]
 pub struct Roster {
     /// Grows by one with each change.
@@ -260,25 +332,61 @@ pub struct Roster {
     pub recorder: bool,
     /// A lost leader or recorder is being replaced: in lockstep, let no time pass.
     pub hold: bool,
+    /// In lockstep, open no tick from this one on: something is to be done to the run before.
+    pub free_before: Tick,
+    /// Agents that were thawed, one bit each: they answer the tick that is open, before they have part in the next.
+    thawed: [u64; MAX_UAVS as usize / 64],
+    /// The leader was thawed.
+    pub leader_thawed: bool,
 }
+
+/// The flight is free to go on to its end.
+const UNBOUND: Tick = Tick(i64::MAX);
 
 impl Roster {
     /// Nobody there yet.
     pub fn empty() -> Self {
-        Self { revision: 0, agents: [0; MAX_UAVS as usize / 64], leader: false, recorder: false, hold: false }
+        Self {
+            revision: 0,
+            agents: [0; MAX_UAVS as usize / 64],
+            leader: false,
+            recorder: false,
+            hold: false,
+            free_before: UNBOUND,
+            thawed: [0; MAX_UAVS as usize / 64],
+            leader_thawed: false,
+        }
     }
 
     /// Whether `uav`'s agent runs.
     pub fn has(&self, uav: UavId) -> bool {
-        self.agents[uav.index() / 64] >> (uav.index() % 64) & 1 == 1
+        bit(&self.agents, uav)
     }
 
     /// Notes whether `uav`'s agent runs.
     pub fn set(&mut self, uav: UavId, runs: bool) {
-        let bit = 1 << (uav.index() % 64);
-        let word = &mut self.agents[uav.index() / 64];
-        *word = if runs { *word | bit } else { *word & !bit };
+        set_bit(&mut self.agents, uav, runs);
     }
+
+    /// Whether `uav`'s agent was thawed.
+    pub fn is_thawed(&self, uav: UavId) -> bool {
+        bit(&self.thawed, uav)
+    }
+
+    /// Notes whether `uav`'s agent was thawed.
+    pub fn set_thawed(&mut self, uav: UavId, thawed: bool) {
+        set_bit(&mut self.thawed, uav, thawed);
+    }
+}
+
+fn bit(words: &[u64], uav: UavId) -> bool {
+    words[uav.index() / 64] >> (uav.index() % 64) & 1 == 1
+}
+
+fn set_bit(words: &mut [u64], uav: UavId, value: bool) {
+    let bit = 1 << (uav.index() % 64);
+    let word = &mut words[uav.index() / 64];
+    *word = if value { *word | bit } else { *word & !bit };
 }
 
 /// How far the swarm is from its formation, from the recorder, for the progress line.
@@ -301,6 +409,7 @@ const _: () = {
     assert!(size_of::<Sensed>() == 320);
     assert!(size_of::<Command>() == 152);
     assert!(size_of::<TickTiming>() == 72);
+    assert!(size_of::<LinkCounts>() == 64);
 };
 
 #[cfg(test)]

@@ -7,6 +7,9 @@ pub const WORLD: &str = "world";
 /// Name under which the recorder leaves its summary of the flight.
 pub const RECORDER: &str = "recorder";
 
+/// Name under which the launcher leaves the faults that were added while the run goes on.
+pub const FAULTS: &str = "faults";
+
 /// The flight as the world saw it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorldReport {
