@@ -1,8 +1,8 @@
 //! The processes of a run: who is there, in what state, and who should be.
 
 use super::{LaunchError, Plan};
-use ringwing_messages::{DomainId, Part, Roster, UavId, member::is_running};
-use ringwing_scenario::Scenario;
+use ringwing_messages::{DomainId, Part, Roster, Tick, UavId, member::is_running};
+use ringwing_scenario::{Scenario, fault::schedule::Act};
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -66,6 +66,10 @@ struct Station {
     process: Option<u32>,
     adopted: bool,
     replacements: u32,
+    /// It is gone, going or stopped because somebody asked for that.
+    asked: Option<Act>,
+    /// It was thawed, and not started anew since.
+    thawed: bool,
 }
 
 /// All processes of a run.
@@ -80,6 +84,8 @@ pub(super) struct Crew {
     start_timeout: Duration,
     freeze_timeout: Duration,
     roster: Roster,
+    /// No tick from this one on is free to be opened.
+    free_before: Tick,
     failures: Vec<String>,
 }
 
@@ -92,6 +98,8 @@ impl Crew {
             process: None,
             adopted: false,
             replacements: 0,
+            asked: None,
+            thawed: false,
         };
         Self {
             stations: Part::all(scenario.formation.uavs).map(|part| (part, station())).collect(),
@@ -103,6 +111,7 @@ impl Crew {
             start_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s),
             freeze_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
             roster: Roster::empty(),
+            free_before: Roster::empty().free_before,
             failures: Vec::new(),
         }
     }
@@ -149,7 +158,7 @@ impl Crew {
             .map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
         let station = self.station(part);
         (station.state, station.since) = (State::Starting, Instant::now());
-        (station.frozen, station.adopted) = (false, false);
+        (station.frozen, station.adopted, station.thawed) = (false, false, false);
         station.process = Some(child.id());
         Ok(())
     }
@@ -203,6 +212,67 @@ impl Crew {
         (station.frozen, station.since) = (frozen, Instant::now());
     }
 
+    /// Why `act` cannot be done to `part` now, if it cannot.
+    pub(super) fn refusal(&self, part: Part, act: Act) -> Option<&'static str> {
+        let station = &self.stations[&part];
+        match (act, station.process.is_some(), station.frozen) {
+            (Act::Start, true, _) => Some("is there already"),
+            (Act::Start, false, _) => self.by_hand.contains(&part).then_some("is started by hand"),
+            (_, false, _) => Some("is gone already"),
+            (Act::Freeze | Act::Thaw, ..) if station.adopted => {
+                Some("was started by hand, and is not seen to freeze")
+            }
+            (Act::Thaw, true, false) => Some("is not frozen"),
+            (Act::Freeze, true, true) => Some("is frozen already"),
+            (Act::Stop, true, true) => Some("is frozen: thaw or kill it"),
+            _ => None,
+        }
+    }
+
+    /// Does `act` to `part`; that it is done shows later.
+    pub(super) fn meet(&mut self, part: Part, act: Act) -> Result<(), LaunchError> {
+        let signal = match act {
+            Act::Start => {
+                self.station(part).asked = None;
+                return self.spawn(part);
+            }
+            Act::Kill { .. } => Signal::KILL,
+            Act::Stop => Signal::TERM,
+            Act::Freeze => Signal::STOP,
+            Act::Thaw => Signal::CONT,
+        };
+        self.station(part).asked = (act != Act::Thaw).then_some(act);
+        self.station(part).thawed |= act == Act::Thaw;
+        self.send(part, signal);
+        Ok(())
+    }
+
+    /// Whether `act` shows in `part`.
+    pub(super) fn has_met(&self, part: Part, act: Act) -> bool {
+        let station = &self.stations[&part];
+        match act {
+            Act::Kill { .. } | Act::Stop => station.process.is_none() || self.asked(part).is_none(),
+            Act::Freeze => station.frozen || station.process.is_none(),
+            Act::Thaw => !station.frozen,
+            Act::Start => station.state != State::Starting,
+        }
+    }
+
+    /// What was asked to be done to `part`, and lasts.
+    pub(super) fn asked(&self, part: Part) -> Option<Act> {
+        self.stations[&part].asked
+    }
+
+    /// Nothing that was asked for lasts any longer for `part`.
+    pub(super) fn forget_asked(&mut self, part: Part) {
+        self.station(part).asked = None;
+    }
+
+    /// No tick from this one on is free to be opened, from the next roster on.
+    pub(super) fn set_free_before(&mut self, tick: Tick) {
+        self.free_before = tick;
+    }
+
     /// Kills whoever is frozen: nobody else can end it. Returns who could not leave in order.
     pub(super) fn kill_frozen(&mut self) -> Vec<Part> {
         let frozen = self.stations.iter().filter(|(_, station)| station.frozen && station.process.is_some());
@@ -248,6 +318,7 @@ impl Crew {
             {
                 Some((*part, "was not ready in time"))
             } else if station.frozen
+                && station.asked.is_none()
                 && station.state == State::Ready
                 && is_needed
                 && spent > self.freeze_timeout
@@ -268,9 +339,13 @@ impl Crew {
     }
 
     pub(super) fn kill(&mut self, part: Part) {
+        self.send(part, Signal::KILL);
+    }
+
+    fn send(&mut self, part: Part, signal: Signal) {
         if let Some(pid) = self.stations[&part].process.and_then(|pid| Pid::from_raw(pid.cast_signed())) {
             // It may have ended at this moment; then its end is on its way to us.
-            let _ = kill_process(pid, Signal::KILL);
+            let _ = kill_process(pid, signal);
             self.station(part).since = Instant::now();
         }
     }
@@ -288,11 +363,16 @@ impl Crew {
         let mut roster = Roster::empty();
         roster.revision = self.roster.revision + 1;
         roster.leader = runs(Part::Leader);
-        let recorder = self.stations[&Part::Recorder].state;
-        // A frozen recorder still has its buffers: the world waits for it as for one that lags.
-        roster.recorder = recorder == State::Ready;
-        roster.hold = !runs(Part::Leader) || recorder == State::Starting;
-        UavId::all(self.uavs).for_each(|uav| roster.set(uav, runs(Part::Agent(uav))));
+        let recorder = &self.stations[&Part::Recorder];
+        // A frozen recorder still has its buffers: the world waits for it as for one that lags, unless it was asked for.
+        roster.recorder = recorder.state == State::Ready && !(recorder.frozen && recorder.asked.is_some());
+        let leader = &self.stations[&Part::Leader];
+        roster.hold = (!roster.leader && leader.asked.is_none()) || recorder.state == State::Starting;
+        (roster.free_before, roster.leader_thawed) = (self.free_before, leader.thawed);
+        for uav in UavId::all(self.uavs) {
+            roster.set(uav, runs(Part::Agent(uav)));
+            roster.set_thawed(uav, self.stations[&Part::Agent(uav)].thawed);
+        }
         self.roster = roster;
         roster
     }

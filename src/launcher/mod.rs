@@ -3,11 +3,13 @@
 //! Never flies, and never touches a sample on the tick path.
 
 mod crew;
+mod faults;
 mod janitor;
 mod notice;
 mod progress;
 
 use crew::{Crew, End, State};
+use faults::Agenda;
 use janitor::Janitor;
 use notice::{Change, Desk, Notice};
 use progress::Progress;
@@ -16,7 +18,7 @@ use ringwing_messages::{
     WorldReport, channel, domain::DomainOwner, member::create_node, report,
 };
 use ringwing_recorder::RecorderReport;
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Scenario, fault::schedule::Act};
 use std::{
     collections::BTreeSet,
     io,
@@ -108,8 +110,14 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let log = plan.record.then(|| folder.join(LOG));
     let crew = Crew::new(&plan.scenario, owner.domain().id(), log, plan);
     let progress = Progress::new(&plan.scenario, plan.quiet);
+    desk.watch_requests(&owner.domain().request_path())?;
+    if !plan.scenario.time.real_time {
+        desk.watch_holds(owner.domain().gate()?)?;
+    }
     let mut launcher = Launcher {
         plan,
+        domain: owner.domain(),
+        agenda: Agenda::new(&plan.scenario),
         gate,
         wires,
         desk,
@@ -120,9 +128,9 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
         interrupted: false,
         started: false,
     };
-    launcher.say_where(owner.domain(), &folder);
+    launcher.say_where(&folder);
     let flown = launcher.run(begin);
-    let outcome = launcher.outcome(owner.domain(), folder, &flown);
+    let outcome = launcher.outcome(folder, &flown);
     launcher.janitor.stop();
     outcome
 }
@@ -162,6 +170,8 @@ impl Wires {
 
 struct Launcher<'a> {
     plan: &'a Plan,
+    domain: &'a Domain,
+    agenda: Agenda,
     gate: Gate,
     wires: Wires,
     desk: Desk,
@@ -181,8 +191,8 @@ struct Flown {
 }
 
 impl Launcher<'_> {
-    fn say_where(&self, domain: &Domain, folder: &std::path::Path) {
-        self.progress.say(&format!("domain {}, folder {}", domain.id(), folder.display()));
+    fn say_where(&self, folder: &std::path::Path) {
+        self.progress.say(&format!("domain {}, folder {}", self.domain.id(), folder.display()));
         for part in &self.plan.by_hand {
             self.progress.say(&format!("waiting for: {}", self.crew.command_line(*part)));
         }
@@ -218,13 +228,15 @@ impl Launcher<'_> {
             self.look(LOOK_AGAIN_AT_START)?;
         }
         self.started = true;
+        self.crew.set_free_before(self.free_before());
         self.publish_roster()
     }
 
     fn watch_flight(&mut self) -> Result<(), LaunchError> {
         while !self.is_over() {
-            let pause = if self.crew.is_any(State::Starting) { LOOK_AGAIN_AT_START } else { LOOK_AGAIN };
-            self.look(pause)?;
+            let busy = self.crew.is_any(State::Starting) || self.agenda.is_busy();
+            self.look(if busy { LOOK_AGAIN_AT_START } else { LOOK_AGAIN })?;
+            self.meet_faults()?;
             self.progress.show(self.gate.tick());
         }
         Ok(())
@@ -257,7 +269,8 @@ impl Launcher<'_> {
         match self.desk.next(pause) {
             Some(Notice::Process { pid, change }) => self.note_change(pid, change)?,
             Some(Notice::Interrupt) => self.interrupt()?,
-            None => {}
+            Some(Notice::Request(request)) => self.take_request(request)?,
+            Some(Notice::Held) | None => {}
         }
         self.note_attendance()?;
         self.note_timeouts()?;
@@ -285,12 +298,16 @@ impl Launcher<'_> {
             Change::Ended(end) => self.note_end(part, end),
             Change::Frozen => {
                 self.crew.set_frozen(part, true);
-                self.event(Level::Warning, "process.frozen", &format!("{part} is frozen (SIGSTOP)"))?;
+                if self.crew.asked(part).is_none() {
+                    self.event(Level::Warning, "process.frozen", &format!("{part} is frozen (SIGSTOP)"))?;
+                }
                 self.publish_roster()
             }
             Change::Thawed => {
                 self.crew.set_frozen(part, false);
-                self.event(Level::Info, "process.thawed", &format!("{part} goes on (SIGCONT)"))?;
+                if !self.agenda.is_meeting(part) {
+                    self.event(Level::Info, "process.thawed", &format!("{part} goes on (SIGCONT)"))?;
+                }
                 self.publish_roster()
             }
         }
@@ -298,11 +315,19 @@ impl Launcher<'_> {
 
     fn note_end(&mut self, part: Part, end: End) -> Result<(), LaunchError> {
         self.gate.set_attendant(part, None);
-        self.janitor.call();
+        let asked = self.crew.asked(part).filter(|act| matches!(act, Act::Kill { .. } | Act::Stop));
+        if asked.is_some() {
+            self.agenda.clean_later(self.gate.tick());
+        } else {
+            self.janitor.call();
+        }
         let was_ready = self.crew.set_ended(part);
         if self.gate.is_closed() || !self.failures.is_empty() {
             self.note_late_end(part, end);
             return Ok(());
+        }
+        if let Some(act) = asked {
+            return self.note_asked_end(part, act);
         }
         match part {
             Part::World => self.failures.push(format!("the world {end}")),
@@ -353,7 +378,7 @@ impl Launcher<'_> {
                 let pid = self.gate.attendant(*part).unwrap_or_default();
                 self.desk.watch(pid)?;
             }
-            if self.crew.is_flying() {
+            if self.crew.is_flying() && !self.agenda.is_meeting(*part) {
                 self.event(Level::Info, "process.ready", &format!("{part} is ready"))?;
             }
         }
@@ -381,7 +406,11 @@ impl Launcher<'_> {
     }
 
     fn event(&mut self, level: Level, name: &str, text: &str) -> Result<(), LaunchError> {
-        let event = Event::new(self.gate.tick().unwrap_or(Tick(0)), level, name, text);
+        self.event_at(self.gate.tick().unwrap_or(Tick(0)), level, name, text)
+    }
+
+    fn event_at(&mut self, tick: Tick, level: Level, name: &str, text: &str) -> Result<(), LaunchError> {
+        let event = Event::new(tick, level, name, text);
         self.progress.tell(&event);
         Ok(self.wires.events.send(event, Stamps::now())?)
     }
@@ -394,7 +423,8 @@ impl Launcher<'_> {
     }
 
     /// What became of the run, from what its processes left.
-    fn outcome(&mut self, domain: &Domain, folder: PathBuf, flown: &Flown) -> Result<Outcome, LaunchError> {
+    fn outcome(&mut self, folder: PathBuf, flown: &Flown) -> Result<Outcome, LaunchError> {
+        let domain = self.domain;
         // Left by a recorder that was killed while it took over; the log itself is whole.
         let _ = std::fs::remove_file(folder.join(LOG).with_extension("mcap.part"));
         let world: Option<WorldReport> = domain.report(report::WORLD)?;

@@ -1,6 +1,7 @@
 //! News for the launcher: what its processes do, and what its user wants.
 
 use super::{LaunchError, crew::End};
+use ringwing_messages::Gate;
 use rustix::{
     event::{PollFd, PollFlags, poll},
     io::Errno,
@@ -11,13 +12,16 @@ use signal_hook::{
     iterator::Signals,
 };
 use std::{
+    io::{self, BufRead, BufReader, Read, Write},
+    os::unix::net::{UnixListener, UnixStream},
+    path::Path,
     sync::mpsc::{Receiver, Sender, channel},
     thread,
     time::Duration,
 };
 
 /// Something the launcher should know.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) enum Notice {
     /// A process ended, or was frozen or thawed.
     Process {
@@ -28,7 +32,33 @@ pub(super) enum Notice {
     },
     /// The user wants the run to end.
     Interrupt,
+    /// The world holds until something is done to the run.
+    Held,
+    /// Somebody wants something done to the run.
+    Request(Request),
 }
+
+/// A line that somebody sent, and whom to answer.
+#[derive(Debug)]
+pub(super) struct Request {
+    /// What is wanted.
+    pub(super) text: String,
+    stream: UnixStream,
+}
+
+impl Request {
+    /// Says `answer` and hangs up; whoever asked may have left.
+    pub(super) fn answer(mut self, answer: &str) {
+        let _ = writeln!(self.stream, "{answer}");
+    }
+}
+
+/// How long somebody who wants something may take to say it.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(2);
+/// Longest request.
+const REQUEST_BYTES: u64 = 1 << 20;
+/// How often the thread that waits for the world to hold looks whether the flight is over.
+const LOOK_AGAIN: Duration = Duration::from_millis(50);
 
 /// What happened to a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,6 +101,34 @@ impl Desk {
         self.receiver.recv_timeout(limit).ok()
     }
 
+    /// Listens to the world too: whether it holds.
+    pub(super) fn watch_holds(&self, gate: Gate) -> Result<(), LaunchError> {
+        let desk = self.sender.clone();
+        start("the thread that waits for the world to hold", move || {
+            let mut seen = 0;
+            while !gate.is_closed() {
+                let holds = gate.wait_for_hold(seen, LOOK_AGAIN);
+                if std::mem::replace(&mut seen, holds) != holds && desk.send(Notice::Held).is_err() {
+                    return;
+                }
+            }
+        })
+    }
+
+    /// Listens at the socket `path` too, to whoever wants something done.
+    pub(super) fn watch_requests(&self, path: &Path) -> Result<(), LaunchError> {
+        let failed = |source| LaunchError::Spawn { what: "the socket for requests".into(), source };
+        let listener = UnixListener::bind(path).map_err(failed)?;
+        let desk = self.sender.clone();
+        start("the thread that waits for requests", move || {
+            for request in listener.incoming().filter_map(|stream| read_request(stream.ok()?).ok()) {
+                if desk.send(Notice::Request(request)).is_err() {
+                    return;
+                }
+            }
+        })
+    }
+
     /// Listens to the process `pid` too, which is not our child.
     pub(super) fn watch(&self, pid: u32) -> Result<(), LaunchError> {
         let desk = self.sender.clone();
@@ -89,6 +147,13 @@ impl Desk {
 fn start(what: &str, run: impl FnOnce() + Send + 'static) -> Result<(), LaunchError> {
     let failed = |source| LaunchError::Spawn { what: what.into(), source };
     thread::Builder::new().spawn(run).map(drop).map_err(failed)
+}
+
+fn read_request(stream: UnixStream) -> io::Result<Request> {
+    stream.set_read_timeout(Some(REQUEST_TIMEOUT))?;
+    let mut text = String::new();
+    BufReader::new(stream.try_clone()?.take(REQUEST_BYTES)).read_line(&mut text)?;
+    Ok(Request { text: text.trim().to_owned(), stream })
 }
 
 fn reap(desk: &Sender<Notice>) {

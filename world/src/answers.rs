@@ -93,6 +93,16 @@ impl Answers {
         agents.chain((self.expects_leader() && !self.leader_answered).then_some(Part::Leader))
     }
 
+    /// Everybody who was thawed and has not answered the tick that was open meanwhile.
+    pub(crate) fn owing(&self) -> impl Iterator<Item = Part> {
+        let owes = |uav: &UavId| {
+            self.roster.has(*uav) && self.roster.is_thawed(*uav) && self.agents[uav.index()].answer.is_none()
+        };
+        let agents = UavId::all(self.agents.len() as u32).filter(owes).map(Part::Agent);
+        let leader = self.roster.leader && self.roster.leader_thawed && !self.leader_answered;
+        agents.chain(leader.then_some(Part::Leader))
+    }
+
     /// Notes `command`, which came with `stamps` and was read at `read_ns`.
     ///
     /// A round trip ends where the answer is handed over: when the world reads it is the world's own choice in real time.
@@ -221,6 +231,19 @@ mod tests {
         assert_eq!(missing(&answers), "uav 2, uav 3, leader");
         answers.begin(Tick(7), 100, ALL_COMMANDED.into_iter());
         assert_eq!(missing(&answers), "uav 1, uav 2, uav 3, leader");
+    }
+
+    #[test]
+    fn whoever_was_thawed_owes_the_tick_that_is_open() {
+        let mut answers = with_everybody();
+        let mut roster = *answers.roster();
+        roster.set_thawed(UavId(2), true);
+        roster.leader_thawed = true;
+        answers.set_roster(&roster);
+        assert_eq!(answers.owing().collect::<Vec<_>>(), [Part::Agent(UavId(2)), Part::Leader]);
+        answers.note(&command(2, 5), &Stamps::default(), 200);
+        answers.note_leader(Tick(5));
+        assert_eq!(answers.owing().next(), None);
     }
 
     #[test]

@@ -127,6 +127,7 @@ impl<'a> World<'a> {
     fn fly(&mut self) -> Result<(), BusError> {
         loop {
             if self.schedule.is_none() {
+                self.wait_for_faults()?;
                 self.wait_for_replacement()?;
                 self.wait_for_lagging_recorder()?;
             }
@@ -148,6 +149,39 @@ impl<'a> World<'a> {
 
     fn is_stopped(&self) -> bool {
         self.gate.stop_requested() || self.gate.is_closed() || self.member.stop().is_set()
+    }
+
+    /// Lets no time pass while the launcher does what is to be done before this tick, for a bounded time.
+    fn wait_for_faults(&mut self) -> Result<(), BusError> {
+        let next = self.sky.now();
+        if self.answers.roster().free_before > next {
+            return Ok(());
+        }
+        let since = Instant::now();
+        self.gate.hold_before(next);
+        while self.answers.roster().free_before <= next && !self.is_stopped() {
+            if since.elapsed() > self.hold_timeout {
+                self.event(Level::Warning, "fault.overdue", "a fault is not done in time; flying on")?;
+                break;
+            }
+            self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
+            self.refresh_roster()?;
+        }
+        self.gate.release();
+        self.wait_for_thawed()
+    }
+
+    /// Whoever was thawed answers the tick that it was frozen for first; what chance would make of that, waiting spares.
+    fn wait_for_thawed(&mut self) -> Result<(), BusError> {
+        let since = Instant::now();
+        while self.answers.owing().next().is_some()
+            && since.elapsed() < self.answer_timeout
+            && !self.is_stopped()
+        {
+            thread::sleep(Duration::from_micros(50));
+            self.collect()?;
+        }
+        Ok(())
     }
 
     /// Lets no time pass while a lost process is replaced, for a bounded time in all.

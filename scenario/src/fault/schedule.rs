@@ -82,6 +82,17 @@ pub struct Slowness {
     pub by_s: f64,
 }
 
+/// Something to tell of a fault that no process meets by itself: `fault.link`, `fault.slow`, `fault.healed`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Announcement {
+    /// When.
+    pub tick: i64,
+    /// What kind of event it is.
+    pub name: &'static str,
+    /// The sentence concerned.
+    pub text: String,
+}
+
 /// Faults as one run meets them.
 #[derive(Debug, Clone, Copy)]
 pub struct Schedule<'f> {
@@ -212,5 +223,23 @@ impl Schedule<'_> {
             targets.into_iter().map(|target| Slowness { target, begin, end, by_s }).collect()
         };
         self.deeds().into_iter().flat_map(slow).collect()
+    }
+
+    /// What is to be told of links and slow processes, in order of ticks.
+    pub fn announcements(&self) -> Vec<Announcement> {
+        let told = |tick, name, text: &str| Announcement { tick, name, text: text.to_owned() };
+        let mut all = Vec::new();
+        for fault in self.link_faults() {
+            all.push(told(fault.begin, "fault.link", &fault.sentence));
+            all.extend(fault.end.map(|end| told(end, "fault.healed", &fault.sentence)));
+        }
+        for (begin, deed, _, fault) in self.deeds() {
+            let Deed::Slow { for_s, .. } = deed else { continue };
+            let sentence = fault.action.to_string();
+            all.push(told(begin, "fault.slow", &sentence));
+            all.extend(for_s.map(|for_s| told(begin + self.ticks(for_s), "fault.healed", &sentence)));
+        }
+        all.sort_by_key(|one| one.tick);
+        all
     }
 }
