@@ -2,6 +2,7 @@
 
 mod clean;
 mod compare;
+mod fault_command;
 mod launcher;
 mod recover_command;
 mod review;
@@ -10,7 +11,8 @@ mod scenario_command;
 mod summary;
 mod verify;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::{CompleteEnv, Shell};
 use std::{io::Write, process::ExitCode};
 
 /// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process.
@@ -27,6 +29,8 @@ struct Cli {
 enum Verb {
     /// Fly a scenario and say how it went
     Run(Box<run::Args>),
+    /// Do something to a run that is in the air
+    Fault(fault_command::Args),
     /// Tell and draw a flight from its log
     Review(review::Args),
     /// Fly a log's scenario again and compare every message
@@ -40,6 +44,11 @@ enum Verb {
     Scenario(scenario_command::Verb),
     /// Remove what killed runs left in shared memory
     Clean,
+    /// Print what lets a shell complete this command: source it
+    Completion {
+        /// Which shell
+        shell: Shell,
+    },
     /// (process) Fly one UAV of a run
     #[command(display_order = 100)]
     Agent(ringwing_agent::Args),
@@ -67,10 +76,14 @@ const WRONG_USAGE: u8 = 2;
 struct WrongUsage(String);
 
 fn main() -> ExitCode {
+    // Answers the shell, and ends, when that asks for what could come next.
+    CompleteEnv::with_factory(Cli::command).complete();
     let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),
+        Verb::Fault(args) => ("", fault_command::run(&args)),
+        Verb::Completion { shell } => ("", complete(shell)),
         Verb::Review(args) => ("", review::run(&args)),
         Verb::Verify(args) => ("", verify::run(&args)),
         Verb::Compare(args) => ("", compare::run(&args)),
@@ -87,6 +100,17 @@ fn main() -> ExitCode {
         let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
         ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })
     })
+}
+
+/// The shell asks this command itself, which knows the runs that go on.
+fn complete(shell: Shell) -> anyhow::Result<ExitCode> {
+    let shells = clap_complete::env::Shells::builtins();
+    let name = shell.to_string();
+    let completer = shells.completer(&name).ok_or_else(|| WrongUsage(format!("{name} is not known")))?;
+    let mut script = Vec::new();
+    completer.write_registration("COMPLETE", "ringwing", "ringwing", "ringwing", &mut script)?;
+    tell(String::from_utf8_lossy(&script).trim_end());
+    Ok(ExitCode::SUCCESS)
 }
 
 fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {

@@ -6,7 +6,7 @@ use crate::{
     summary::Summary,
 };
 use ringwing_messages::{Part, UavId};
-use ringwing_scenario::{Scenario, Setting, Source, start};
+use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
 use std::{
     io::{self, Write},
     path::PathBuf,
@@ -26,6 +26,9 @@ pub(crate) struct Args {
     /// Override a key of the scenario, such as `control.dead_reckoning=off` or `obstacles.0.radius_m=15`
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
+    /// Do this to the run, such as "at 30 s kill uav 3" or "at 5 s link 2->3 delay 200 ms for 10 s"
+    #[arg(long = "fault", value_name = "SENTENCE")]
+    faults: Vec<Fault>,
     /// Seed of every random draw
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
@@ -82,7 +85,8 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 }
 
 fn plan(args: &Args) -> anyhow::Result<Plan> {
-    let scenario = Scenario::read(&Source::find(&args.scenario)?, &settings(args))?;
+    let scenario =
+        Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
     // The world places the UAVs; that it can is better known before anything is started.
     start::places(&scenario)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
@@ -128,6 +132,7 @@ fn command(args: &Args, seed: u64) -> String {
     for setting in &args.settings {
         words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
     }
+    words.extend(args.faults.iter().flat_map(|fault| ["--fault".into(), fault.to_string()]));
     words.extend(["--seed".into(), seed.to_string()]);
     words.extend(args.uavs.iter().flat_map(|uavs| ["--uavs".into(), uavs.to_string()]));
     words.extend(args.duration.iter().flat_map(|seconds| ["--duration".into(), seconds.to_string()]));

@@ -241,6 +241,7 @@ impl fmt::Display for Summary {
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
             write_recoveries(f, flight)?;
             write_saturation(f, flight)?;
+            write_links(f, flight)?;
         }
         self.write_world(f)?;
         self.write_verdict(f)
@@ -324,6 +325,19 @@ fn write_saturation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::
     let (speed, turn_rate) =
         (percent(flight.speed_saturated_share), percent(flight.turn_rate_saturated_share));
     line(f, "commands cut to the limits", &speed, &format!("of speeds, {turn_rate} of turn rates"))
+}
+
+/// All links with faults together: which did what, summary.json and the log's `/links` tell.
+fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let links = &flight.links;
+    if links.is_empty() {
+        return Ok(());
+    }
+    let sum = |count: fn(&LinkTotals) -> u64| links.iter().map(count).sum::<u64>();
+    let (offered, lost, late) = (sum(|link| link.offered), sum(|link| link.lost), sum(|link| link.late));
+    let (copies, left) = (sum(|link| link.duplicated), sum(|link| link.in_flight));
+    let more = format!("{lost} lost, {copies} duplicated, {late} late, {left} still on their way");
+    line(f, &format!("samples on {} links with faults", links.len()), &offered.to_string(), &more)
 }
 
 impl Summary {

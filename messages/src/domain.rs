@@ -248,11 +248,17 @@ fn create_lock(id: &DomainId) -> Result<Option<fs::File>, BusError> {
     Ok(ours.then_some(lock))
 }
 
-/// Removes every domain whose launcher is gone; returns their names.
-pub fn remove_abandoned() -> Vec<DomainId> {
+/// Every domain that there is, abandoned or not.
+pub fn all() -> Vec<DomainId> {
     let mut ids: Vec<DomainId> = entries().filter_map(|entry| id_in(&name_of(&entry))).collect();
     ids.sort();
     ids.dedup();
+    ids
+}
+
+/// Removes every domain whose launcher is gone; returns their names.
+pub fn remove_abandoned() -> Vec<DomainId> {
+    let mut ids = all();
     ids.retain(|id| {
         let Ok(lock) = fs::OpenOptions::new().write(true).create(true).truncate(false).open(id.lock_path())
         else {

@@ -40,6 +40,12 @@ pub struct Faults {
     /// Who has collided.
     #[prost(string, repeated, tag = "10")]
     pub collided_names: Vec<String>,
+    /// Faults in force that somebody asked for: of links, and of processes that answer late.
+    #[prost(uint32, tag = "11")]
+    pub asked: u32,
+    /// Each as the sentence that asked for it.
+    #[prost(string, repeated, tag = "12")]
+    pub asked_sentences: Vec<String>,
 }
 
 /// Whether `line` tells of something that goes wrong, and may be felt by the formation.
@@ -64,6 +70,8 @@ pub(crate) struct FaultWatch {
     frozen: Names,
     failsafe: Names,
     collided: Names,
+    /// What is wrong with links and slow processes because somebody asked for it.
+    asked: BTreeSet<String>,
     /// Who was ever in the sky, UAV 1 first.
     seen: Vec<bool>,
 }
@@ -85,21 +93,27 @@ impl FaultWatch {
     /// Takes what was told.
     pub(crate) fn hear(&mut self, line: &Line) {
         match line.name.as_str() {
-            "process.lost" => {
+            "process.lost" | "fault.kill" | "fault.stop" => {
                 let name = Name::first_in(&line.message);
                 self.frozen.remove(&name);
                 self.lost.insert(name);
             }
-            "process.ready" => {
+            "process.ready" | "fault.start" => {
                 let name = Name::first_in(&line.message);
                 self.frozen.remove(&name);
                 self.lost.remove(&name);
             }
-            "process.frozen" => {
+            "process.frozen" | "fault.freeze" => {
                 self.frozen.insert(Name::first_in(&line.message));
             }
-            "process.thawed" => {
+            "process.thawed" | "fault.thaw" => {
                 self.frozen.remove(&Name::first_in(&line.message));
+            }
+            "fault.link" | "fault.slow" => {
+                self.asked.insert(line.message.clone());
+            }
+            "fault.healed" => {
+                self.asked.remove(&line.message);
             }
             "collision" => {
                 let who = line.message.split(" at (").next().unwrap_or_default().split(" and ");
@@ -153,6 +167,8 @@ impl FaultWatch {
             frozen_names: texts(&self.frozen),
             failsafe_names: texts(&self.failsafe),
             collided_names: texts(&self.collided),
+            asked: self.asked.len() as u32,
+            asked_sentences: self.asked.iter().cloned().collect(),
         }
     }
 
@@ -163,11 +179,10 @@ impl FaultWatch {
             ("in failsafe", &self.failsafe),
             ("collided", &self.collided),
         ];
-        let parts: Vec<_> = kinds
-            .iter()
-            .filter(|(_, names)| !names.is_empty())
-            .map(|(kind, names)| format!("{kind}: {}", texts(names).join(", ")))
-            .collect();
+        let wrong = kinds.iter().filter(|(_, names)| !names.is_empty());
+        let mut parts: Vec<_> =
+            wrong.map(|(kind, names)| format!("{kind}: {}", texts(names).join(", "))).collect();
+        parts.extend(self.asked.iter().cloned());
         if parts.is_empty() { "none".into() } else { parts.join("; ") }
     }
 }
@@ -215,6 +230,17 @@ mod tests {
         assert_eq!(watch.condition(2), Condition::Lost);
         hear(&mut watch, "process.thawed", "uav 2 goes on (SIGCONT)");
         hear(&mut watch, "process.ready", "leader is ready");
+        assert_eq!(watch, FaultWatch::default());
+    }
+
+    #[test]
+    fn what_somebody_asked_for_is_in_force_until_it_is_healed() {
+        let mut watch = FaultWatch::default();
+        hear(&mut watch, "fault.kill", "uav 3 is killed: kill uav 3");
+        hear(&mut watch, "fault.link", "link 2->3 hold");
+        assert_eq!(watch.message(0).summary, "lost: uav 3; link 2->3 hold");
+        hear(&mut watch, "fault.healed", "link 2->3 hold");
+        hear(&mut watch, "fault.start", "uav 3 is started: restart uav 3 after 5 s");
         assert_eq!(watch, FaultWatch::default());
     }
 

@@ -2,9 +2,12 @@
 //!
 //! Never waits and never guesses: what was not heard is absent.
 
-use crate::schema::{Timing, UavControl, UavState};
+use crate::{
+    links,
+    schema::{Timing, UavControl, UavState},
+};
 use nalgebra::{Point2, Vector2};
-use ringwing_messages::{Command, LeaderState, Sensed, TickTiming, UavId};
+use ringwing_messages::{Command, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
 use ringwing_scenario::Scenario;
 use std::collections::BTreeMap;
 
@@ -21,6 +24,8 @@ pub struct Samples {
     pub leader: Option<LeaderState>,
     /// How long the tick took.
     pub timing: Option<TickTiming>,
+    /// What became of samples on links with faults.
+    pub links: Vec<LinkCounts>,
     /// A sample of an airframe was overwritten before it was fetched.
     pub torn: bool,
 }
@@ -65,6 +70,7 @@ impl Samples {
             commands: vec![None; uavs],
             leader: None,
             timing: None,
+            links: Vec::new(),
             torn: false,
         }
     }
@@ -72,6 +78,7 @@ impl Samples {
     fn clear(&mut self) {
         self.flown.fill(None);
         self.commands.fill(None);
+        self.links.clear();
         (self.leader, self.timing, self.torn) = (None, None, false);
     }
 }
@@ -125,6 +132,13 @@ impl Assembly {
         self.note(timing.tick);
         if let Some(samples) = self.at(timing.tick) {
             samples.timing = Some(*timing);
+        }
+    }
+
+    /// Takes what became of samples on a link with faults.
+    pub(crate) fn put_link(&mut self, counts: &LinkCounts) {
+        if let Some(samples) = self.at(counts.tick.0) {
+            samples.links.push(*counts);
         }
     }
 
@@ -191,6 +205,8 @@ pub struct Frame {
     pub leader: Option<LeaderState>,
     /// How long the tick took.
     pub timing: Option<Timing>,
+    /// What became of samples on links with faults, by receiver and sender.
+    pub links: Vec<links::LinkCounts>,
     /// Each UAV, number 1 first.
     pub uavs: Vec<UavFrame>,
     /// Something of this tick was lost.
@@ -213,6 +229,10 @@ impl Frame {
         self.leader = samples.leader;
         self.timing = samples.timing.as_ref().map(Timing::from);
         self.torn = samples.torn;
+        let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();
+        counts.sort_by_key(|counts| (counts.to, counts.from));
+        self.links.clear();
+        self.links.extend(counts.into_iter().map(links::LinkCounts::from));
         self.uavs.clear();
         self.uavs.extend(UavId::all(ring.count()).map(|uav| UavFrame {
             state: state_of(uav, samples, ring),

@@ -16,6 +16,7 @@ pub mod frame;
 mod gap;
 mod geo;
 mod layout;
+pub mod links;
 mod log;
 pub mod metrics;
 pub mod palette;

@@ -8,7 +8,9 @@ use crate::{
     clock::Clock,
     faults::Faults,
     frame::Frame,
-    layout, scene,
+    layout,
+    links::LinkCounts,
+    scene,
     schema::{Timing, UavControl, UavState},
     sink::Sink,
     swarm::{SwarmMetrics, SwarmState},
@@ -35,6 +37,8 @@ use std::{
 
 /// Where an [`Event`](ringwing_messages::Event) is told.
 pub(crate) const LOG_TOPIC: &str = "/log";
+/// Where it is told what became of samples on links with faults.
+pub(crate) const LINKS_TOPIC: &str = "/links";
 /// Metadata that say what flies.
 pub(crate) const RUN: &str = "run";
 /// Metadata that say how it went.
@@ -68,6 +72,7 @@ struct Channels {
     leader_fix: u16,
     map: u16,
     leader_pose: u16,
+    links: u16,
     log: u16,
     formation: u16,
     obstacles: u16,
@@ -137,6 +142,7 @@ impl Log {
         self.write_some(self.channels.leader_fix, tick, view.leader_fix.as_ref())?;
         self.write_some(self.channels.map, tick, view.map.as_ref())?;
         self.write_some(self.channels.leader_pose, tick, view.leader_pose.as_ref())?;
+        frame.links.iter().try_for_each(|counts| self.write(self.channels.links, tick, counts))?;
         self.write_lines(tick, lines)?;
         self.write_some(self.channels.formation, tick, view.formation.as_ref())?;
         self.write_some(self.channels.obstacles, tick, view.obstacles.as_ref())?;
@@ -283,6 +289,7 @@ fn register(writer: &mut Writer<NoSeek<Sink>>, opening: &Opening) -> McapResult<
         leader_fix: channel::<LocationFix>(writer, "/geo/leader")?,
         map: channel::<GeoJson>(writer, "/geo/uavs")?,
         leader_pose: channel::<PoseInFrame>(writer, "/leader/pose")?,
+        links: channel::<LinkCounts>(writer, LINKS_TOPIC)?,
         log: channel::<Line>(writer, LOG_TOPIC)?,
         formation: channel::<SceneUpdate>(writer, "/scene/formation")?,
         obstacles: channel::<SceneUpdate>(writer, "/scene/obstacles")?,
@@ -399,8 +406,8 @@ mod tests {
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         let topics: Vec<_> =
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
-        assert!(topics.is_sorted() && topics.len() == 2016);
-        assert_eq!(topics[14], "/uav/0001/control");
+        assert!(topics.is_sorted() && topics.len() == 2017);
+        assert_eq!(topics[15], "/uav/0001/control");
     }
 
     #[test]

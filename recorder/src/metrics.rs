@@ -147,6 +147,7 @@ impl Metrics {
         for state in in_the_sky(frame) {
             self.envelope.get_or_insert_with(|| Envelope::of(state)).widen(state);
         }
+        frame.links.iter().for_each(|counts| self.links.observe(counts));
         self.uavs.clear();
         self.uavs.extend(in_the_sky(frame).map(UavSummary::of));
     }
@@ -209,6 +210,7 @@ impl Metrics {
             ticks: self.ticks,
             ticks_lost: self.lost,
             last_tick: (self.ticks > 0).then_some(self.moment.tick),
+            links: self.links.totals(),
             uavs: self.uavs.clone(),
         }
     }

@@ -10,7 +10,7 @@ use crate::{
     recording::Recording,
 };
 use ringwing_messages::{
-    Command, DomainId, Event, FormationError, Gate, LeaderState, Member, Part, Publisher, Sensed, Stamps,
+    Command, DomainId, Event, FormationError, Gate, LeaderState, LinkCounts, Member, Part, Publisher, Sensed, Stamps,
     Subscriber, Tick, TickTiming, UavId, WorldReport,
     channel::{self, RECORDER_DEPTH},
     report,
@@ -149,6 +149,7 @@ struct Ports {
     sensed: Vec<(UavId, Subscriber<Sensed>)>,
     commands: Vec<(UavId, Subscriber<Command>)>,
     leader: Subscriber<LeaderState>,
+    links: Subscriber<LinkCounts>,
     timing: Option<Subscriber<TickTiming>>,
     events: [Subscriber<Event>; 2],
     formation_error: Publisher<FormationError>,
@@ -164,6 +165,7 @@ impl Ports {
             sensed: UavId::all(count).map(sensed).collect::<Result<_, RecorderError>>()?,
             commands: UavId::all(count).map(command).collect::<Result<_, RecorderError>>()?,
             leader: channel::leader(count).subscriber(node, RECORDER_DEPTH)?,
+            links: channel::links(count).subscriber(node, RECORDER_DEPTH)?,
             timing: opening.timing.then(timing).transpose()?,
             events: [
                 channel::world_events().subscriber(node, RECORDER_DEPTH)?,
@@ -181,6 +183,7 @@ impl Ports {
             port.drain(|command, _| assembly.put_command(*uav, command))?;
         }
         self.leader.drain(|leader, _| assembly.put_leader(leader))?;
+        self.links.drain(|counts, _| assembly.put_link(counts))?;
         if let Some(port) = &self.timing {
             port.drain(|timing, _| assembly.put_timing(timing))?;
         }

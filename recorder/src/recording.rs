@@ -88,6 +88,9 @@ impl Recording {
             told: past.lines,
         };
         recording.say(0, Level::Info, "run", &introduction(opening.scenario));
+        for one in opening.scenario.schedule().announcements() {
+            recording.say(one.tick, Level::Info, one.name, &one.text);
+        }
         Ok(recording)
     }
 

@@ -5,7 +5,8 @@
 use crate::{
     frame::{Frame, UavFrame},
     gap::Gaps,
-    log::LOG_TOPIC,
+    links::LinkCounts,
+    log::{LINKS_TOPIC, LOG_TOPIC},
     metrics::Metrics,
     schema::{Timing, UavControl, UavState},
     view::Viewer,
@@ -69,6 +70,7 @@ impl Replay {
     fn place(&mut self, topic: &str, data: &[u8]) -> Option<()> {
         match topic {
             LOG_TOPIC => self.tick.lines.push(Line::decode(data).ok()?),
+            LINKS_TOPIC => self.tick.frame.links.push(LinkCounts::decode(data).ok()?),
             "/timing" => self.tick.frame.timing = Some(Timing::decode(data).ok()?),
             "/leader/pose" => {
                 let place = PoseInFrame::decode(data).ok()?.pose?.position?;

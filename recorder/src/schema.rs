@@ -261,6 +261,7 @@ mod tests {
     use super::*;
     use crate::{
         faults::Faults,
+        links::LinkCounts,
         swarm::{SwarmMetrics, SwarmState},
     };
     use foxglove::{
@@ -291,6 +292,7 @@ mod tests {
             outline::<UavControl>(),
             outline::<Timing>(),
             outline::<Faults>(),
+            outline::<LinkCounts>(),
             outline::<SwarmMetrics>(),
             outline::<SwarmState>(),
         ]

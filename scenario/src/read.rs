@@ -4,7 +4,8 @@
 //! shape is noted and replaced, so that the rest can still be judged: by the deserializer, then by `validate`.
 
 use crate::{
-    Place, Problem, Scenario, ScenarioError, Setting, Source, example,
+    Fault, Place, Problem, Scenario, ScenarioError, Setting, Source, example,
+    fault::trace,
     flaw::{Flaw, View},
     origin::{self, Origins},
     setting, shape, validate,
@@ -26,6 +27,22 @@ impl Scenario {
         let mut reading = Reading::new(source, settings);
         let scenario = reading.scenario();
         reading.result(scenario)
+    }
+
+    /// The same with further `faults`, and every file of delays read.
+    pub fn with_faults(mut self, faults: &[Fault]) -> Result<Self, ScenarioError> {
+        let refusal = |fault: &Fault| {
+            let message = fault.action.refusal(self.formation.uavs)?;
+            let place = Place::Setting(format!("--fault \"{fault}\""));
+            Some(Problem { scenario: self.name.clone(), place, key: None, message })
+        };
+        let problems: Vec<_> = faults.iter().filter_map(refusal).collect();
+        if !problems.is_empty() {
+            return Err(problems.into());
+        }
+        self.faults.extend_from_slice(faults);
+        trace::read_all(&mut self.faults).map_err(|why| Problem::of_scenario(&self.name, why))?;
+        Ok(self)
     }
 
     /// Reads what [`Scenario::to_toml`] wrote.

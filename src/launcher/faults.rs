@@ -335,7 +335,6 @@ impl Launcher<'_> {
 
     /// Puts a new fault among what is to be done and told.
     fn enter(&mut self, fault: &Fault, tick: i64) {
-        let Scenario { .. } = &self.plan.scenario;
         let schedule = self.plan.scenario.schedule_of(&self.agenda.faults);
         let one = self.plan.scenario.schedule_of(std::slice::from_ref(fault));
         let mut told = one.announcements();

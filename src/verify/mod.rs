@@ -22,13 +22,15 @@ use std::{
 /// Wall-clock times differ from run to run.
 const TIMING: &str = "/timing";
 /// What happens to processes by chance: a flight in which it did is not repeatable.
-const BY_CHANCE: [&str; 6] = [
+const BY_CHANCE: [&str; 7] = [
     "process.lost",
     "process.frozen",
     "process.thawed",
     "process.overdue",
     "process.late",
     "run.interrupted",
+    // Of the scenario's own faults nobody asks while the run goes on.
+    "fault.requested",
 ];
 
 /// Which log to verify.

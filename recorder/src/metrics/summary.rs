@@ -1,7 +1,7 @@
 //! What the flight was like, for tables, scripts and the verdict.
 
 use super::{Recovery, is_commanded};
-use crate::schema::UavState;
+use crate::{links::LinkTotals, schema::UavState};
 use serde::{Deserialize, Serialize};
 
 /// A flight in numbers; what does not exist is absent, never 0.
@@ -45,6 +45,9 @@ pub struct FlightSummary {
     pub ticks_lost: u64,
     /// The last tick measured.
     pub last_tick: Option<i64>,
+    /// What became of samples on links with faults.
+    #[serde(default)]
+    pub links: Vec<LinkTotals>,
     /// Each UAV at the end, without those that have left the sky.
     pub uavs: Vec<UavSummary>,
 }
