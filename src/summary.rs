@@ -3,6 +3,7 @@
 use crate::{FAILED, VIOLATED, launcher::Outcome};
 use ringwing_messages::{Collision, Latency, WorldReport};
 use ringwing_recorder::{
+    links::LinkTotals,
     metrics::{ClosestPair, FlightSummary, ObstacleSummary, Recovery},
     verdict::judge,
 };

@@ -10,6 +10,7 @@ mod dead_reckoning;
 mod dependencies;
 mod determinism;
 mod endings;
+mod faults;
 mod losses;
 mod paper;
 mod real_time;

@@ -9,7 +9,8 @@ use iceoryx2::{
     service::port_factory::PortFactory,
 };
 use ringwing_messages::{
-    Command, Event, FormationError, LeaderState, Part, Roster, Sensed, Stamps, TickTiming, UavState,
+    Command, Event, FormationError, LeaderState, LinkCounts, Part, Roster, Sensed, Stamps, TickTiming,
+    UavState,
 };
 use rustix::process::Signal;
 use std::{
@@ -77,6 +78,7 @@ impl Inspector {
                 "command" => self.ends::<Command>(&service),
                 "state" if service.starts_with("uav/") => self.ends::<UavState>(&service),
                 "state" => self.ends::<LeaderState>(&service),
+                "links" => self.ends::<LinkCounts>(&service),
                 "timing" => self.ends::<TickTiming>(&service),
                 "events" => self.ends::<Event>(&service),
                 "roster" => self.ends::<Roster>(&service),
@@ -98,7 +100,7 @@ fn an_agent_is_connected_to_its_senses_its_ring_neighbours_and_the_leader_alone(
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --uavs 5").start();
     run.wait_for_second(0.1);
     let services = Inspector::of(&run).all_ends();
-    assert_eq!(services.len(), 6 + 3 * 5, "{:?}", services.keys());
+    assert_eq!(services.len(), 7 + 3 * 5, "{:?}", services.keys());
     for uav in 1..=5_u32 {
         let (previous, next) = ((uav + 3) % 5 + 1, uav % 5 + 1);
         let agent = format!("agent-{uav}");

@@ -20,6 +20,7 @@ use crate::{
     clock::Clock,
     faults::is_fault,
     frame::{Frame, UavFrame},
+    links::LinkTally,
     schema::{UavControl, UavState},
 };
 use foxglove::messages::Log as Line;
@@ -73,6 +74,7 @@ pub struct Metrics {
     lyapunov: LyapunovWatch,
     commands: Commands,
     envelope: Option<Envelope>,
+    links: LinkTally,
     ticks: u64,
     lost: u64,
     uavs: Vec<UavSummary>,
@@ -113,6 +115,7 @@ impl Metrics {
             lyapunov: LyapunovWatch::new(scenario),
             commands: Commands::default(),
             envelope: None,
+            links: LinkTally::default(),
             ticks: 0,
             lost: 0,
             uavs: Vec::new(),

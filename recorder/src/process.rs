@@ -10,8 +10,8 @@ use crate::{
     recording::Recording,
 };
 use ringwing_messages::{
-    Command, DomainId, Event, FormationError, Gate, LeaderState, LinkCounts, Member, Part, Publisher, Sensed, Stamps,
-    Subscriber, Tick, TickTiming, UavId, WorldReport,
+    Command, DomainId, Event, FormationError, Gate, LeaderState, LinkCounts, Member, Part, Publisher, Sensed,
+    Stamps, Subscriber, Tick, TickTiming, UavId, WorldReport,
     channel::{self, RECORDER_DEPTH},
     report,
 };

@@ -1,6 +1,10 @@
 //! Reads a log as anybody would who has the `mcap` crate and the recorded field names.
 
-use ringwing_recorder::schema::{UavControl, UavState};
+use ringwing_recorder::{
+    faults::Faults,
+    links::LinkCounts,
+    schema::{UavControl, UavState},
+};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The messages of a log, topic by topic.
@@ -36,6 +40,16 @@ impl Log {
     /// Every control of UAV `uav`.
     pub fn controls(&self, uav: u32) -> Vec<UavControl> {
         self.decoded(&format!("/uav/{uav:03}/control"))
+    }
+
+    /// What became of samples on links with faults.
+    pub fn links(&self) -> Vec<LinkCounts> {
+        self.decoded("/links")
+    }
+
+    /// Every change of `/faults`.
+    pub fn faults(&self) -> Vec<Faults> {
+        self.decoded("/faults")
     }
 
     /// The lines of `/log`, each as `name: text`.

@@ -45,6 +45,12 @@ impl Swarm {
         self
     }
 
+    /// With this fault too.
+    pub fn fault(mut self, sentence: &str) -> Self {
+        self.command.args(["--fault", sentence]);
+        self
+    }
+
     /// Starts it.
     pub fn start(mut self) -> Running {
         let mut child = self

@@ -1,0 +1,206 @@
+//! What is done to a run on purpose: exactly at its tick, told, counted, and the same each time.
+
+use crate::harness::{Finished, Running, Swarm, ringwing};
+use ringwing_recorder::schema::UavState;
+use std::process::Output;
+
+fn flown(faults: &[&str], arguments: &str) -> Finished {
+    let swarm =
+        faults.iter().fold(Swarm::fly("paper-4.1").with(arguments), |swarm, fault| swarm.fault(fault));
+    let run = swarm.finish();
+    assert!(matches!(run.status.code(), Some(0 | 3)), "{}\n{:#}", run.stderr, run.summary);
+    assert_eq!(run.summary["failures"].as_array().unwrap().len(), 0, "{}", run.stderr);
+    run.assert_nothing_left();
+    run
+}
+
+fn assert_told(run: &Finished, line: &str) {
+    let lines = run.log().lines();
+    assert!(lines.iter().any(|told| told == line), "no {line:?} in {lines:#?}");
+}
+
+/// The ticks in which the mode changed, each with the new mode.
+fn changes(states: &[UavState]) -> Vec<(i64, &str)> {
+    let pairs = states.windows(2).filter(|pair| pair[0].mode != pair[1].mode);
+    pairs.map(|pair| (pair[1].tick, pair[1].mode.as_str())).collect()
+}
+
+/// The ticks without a command of UAV `uav`, from the first to the last, up to `end`.
+fn silence(run: &Finished, uav: u32, end: i64) -> Option<(i64, i64)> {
+    let heard: Vec<i64> = run.log().controls(uav).iter().map(|control| control.tick).collect();
+    let silent: Vec<i64> = (0..=end).filter(|tick| !heard.contains(tick)).collect();
+    Some((*silent.first()?, *silent.last()?))
+}
+
+#[test]
+fn a_process_is_killed_at_exactly_its_tick_and_the_flight_is_the_same_each_time() {
+    let faults = ["at 5 s kill uav 3", "at 6.5 s kill random 2 uavs"];
+    let runs = [0, 1].map(|_| flown(&faults, "--duration 10"));
+    assert_eq!(runs[0].text("payload_hash"), runs[1].text("payload_hash"));
+    assert_eq!(silence(&runs[0], 3, 1000), Some((500, 1000)));
+    assert_eq!(changes(&runs[0].log().states(3)), [(550, "loiter")]);
+    assert_told(&runs[0], "fault.kill: uav 3 is killed: kill uav 3");
+    let undisturbed = flown(&[], "--duration 10");
+    assert_ne!(runs[0].text("payload_hash"), undisturbed.text("payload_hash"));
+}
+
+#[test]
+fn agents_come_back_at_exactly_their_tick() {
+    let faults = [
+        "at 3 s restart uav 2 after 2 s",
+        "at 4 s freeze uav 5 for 1.5 s",
+        "at 7 s flap uav 4 every 1 s for 2 s",
+    ];
+    let runs = [0, 1, 2].map(|_| flown(&faults, "--duration 12"));
+    for run in &runs {
+        assert_eq!(run.text("payload_hash"), runs[0].text("payload_hash"));
+        assert_eq!(silence(run, 2, 1200), Some((300, 499)));
+        // Whoever is thawed answers the tick that is open, too late to count.
+        assert_eq!(silence(run, 5, 1200).map(|(first, _)| first), Some(400));
+        assert_eq!(changes(&run.log().states(2)), [(350, "loiter"), (501, "commanded")]);
+    }
+    assert_told(&runs[0], "fault.start: uav 2 is started: restart uav 2 after 2 s");
+    assert_told(&runs[0], "fault.thaw: uav 5 is thawed: freeze uav 5 for 1.5 s");
+    assert_eq!(runs[0].log().lines().iter().filter(|line| line.starts_with("fault.kill: uav 4")).count(), 2);
+    let faults = runs[0].log().faults();
+    assert!(faults.iter().any(|now| now.lost_names == ["uav 2"]), "{faults:?}");
+    assert_eq!(faults.last().unwrap().summary, "none");
+}
+
+#[test]
+fn a_leader_that_is_killed_on_purpose_stays_away_and_is_missed() {
+    let run = flown(&["at 5 s restart leader after 2 s"], "--duration 10");
+    let again = flown(&["at 5 s restart leader after 2 s"], "--duration 10");
+    assert_eq!(run.text("payload_hash"), again.text("payload_hash"));
+    let ages: Vec<f64> = run.log().controls(1).iter().filter_map(|control| control.leader_age_s).collect();
+    let oldest = ages.iter().copied().fold(0.0, f64::max);
+    assert!((oldest - 2.01).abs() < 1e-9, "the leader's data came to be {oldest} s old");
+    assert_eq!(*ages.last().unwrap(), 0.01);
+    let gone = flown(&["at 5 s kill leader"], "--duration 10");
+    assert_eq!(gone.log().controls(1).last().unwrap().leader_age_s, Some(5.01));
+    assert!(!gone.stderr.contains("a new one takes over"), "{}", gone.stderr);
+}
+
+#[test]
+fn a_delay_shows_as_age_and_only_on_its_link() {
+    let run = flown(&["at 5 s link 2->3 delay 200 ms for 2 s"], "--duration 10");
+    let ages = |uav, of: fn(&ringwing_recorder::schema::UavControl) -> Option<f64>| -> Vec<f64> {
+        run.log().controls(uav).iter().filter_map(of).collect()
+    };
+    let previous = ages(3, |control| control.previous_age_s);
+    assert_eq!((previous[500], previous[519], previous[600]), (0.01, 0.2, 0.21));
+    assert_eq!(previous[702], 0.01, "what is sent after it comes at once again");
+    assert!(ages(3, |control| control.next_age_s).iter().all(|age| *age == 0.01));
+    assert!(ages(1, |control| control.next_age_s).iter().all(|age| *age == 0.01));
+    assert_told(&run, "fault.link: link 2->3 delay 200 ms for 2 s");
+    assert_told(&run, "fault.healed: link 2->3 delay 200 ms for 2 s");
+}
+
+#[test]
+fn what_became_of_every_sample_is_counted() {
+    let faults = [
+        "at 0 s link all loss 30 %",
+        "at 2 s link 1<->2 duplicate 50 %",
+        "at 3 s link all delay 50 ms jitter 50 ms",
+    ];
+    let run = flown(&faults, "--duration 10");
+    let counts = run.log().links();
+    assert!(counts.iter().any(|one| one.late > 0 && one.duplicated > 0 && one.in_flight > 0), "{counts:#?}");
+    for one in &counts {
+        assert_eq!(one.offered + one.duplicated, one.delivered + one.lost + one.in_flight, "{one:?}");
+    }
+    let totals = run.summary["flight"]["links"].as_array().unwrap();
+    assert_eq!(totals.len(), 6 * 3, "two neighbours and the leader");
+    for total in totals {
+        let of = |key: &str| total[key].as_u64().unwrap();
+        assert_eq!(of("offered"), 1001, "{total}");
+        assert_eq!(of("offered") + of("duplicated"), of("delivered") + of("lost") + of("in_flight"));
+        assert!((200..400).contains(&of("lost")), "{total}");
+    }
+    assert_eq!(run.text("payload_hash"), flown(&faults, "--duration 10").text("payload_hash"));
+}
+
+/// Asks a run for something: the exit code and what is said.
+fn ask(run: &Running, sentence: &str) -> (Option<i32>, String) {
+    let id = run.domain().id().to_string();
+    let Output { status, stdout, stderr } = ringwing().args(["fault", &id, sentence]).output().unwrap();
+    (status.code(), String::from_utf8(stdout).unwrap() + &String::from_utf8(stderr).unwrap())
+}
+
+#[test]
+fn a_run_in_the_air_says_when_it_did_what_it_was_asked_for() {
+    for mode in ["--duration 36000", "--real-time --duration 3600"] {
+        let run = Swarm::fly("paper-4.1").with(mode).start();
+        run.wait_for_second(0.5);
+        assert_eq!(ask(&run, "list"), (Some(0), "none\n".into()));
+        for sentence in ["link 2->3 delay 200 ms", "freeze uav 5", "thaw uav 5", "restart uav 4 after 100 ms"]
+        {
+            let (code, said) = ask(&run, sentence);
+            assert_eq!(code, Some(0), "{said}");
+            assert!(said.starts_with("tick ") && said.trim_end().ends_with(sentence), "{said}");
+        }
+        assert!(ask(&run, "list").1.contains(" s: link 2->3 delay 200 ms"));
+        for (sentence, code, why) in [
+            ("kil uav 3", 2, "did you mean kill?"),
+            ("kill uav 9", 1, "refused: there is no uav 9"),
+            ("thaw uav 3", 1, "refused: uav 3 is not frozen"),
+            ("heal link 3->2", 1, "refused: there is nothing to heal"),
+        ] {
+            let answer = ask(&run, sentence);
+            assert!(answer.0 == Some(code) && answer.1.contains(why), "{sentence}: {answer:?}");
+        }
+        assert_eq!(ask(&run, "heal all").0, Some(0));
+        crate::harness::send(run.launcher(), rustix::process::Signal::INT);
+        let run = run.finish();
+        run.assert_ended_with(1);
+        let lines = run.log().lines();
+        for told in [
+            "fault.requested: at ",
+            "fault.link: link 2->3 delay 200 ms",
+            "fault.healed: link 2->3",
+            "fault.refused: uav 3 is not frozen",
+        ] {
+            assert!(lines.iter().any(|line| line.starts_with(told)), "no {told:?} in {lines:#?}");
+        }
+    }
+}
+
+#[test]
+fn a_flight_with_faults_is_verified_and_repeated_by_its_command() {
+    let run = flown(&["at 1 s kill uav 3", "at 2 s isolate 5 for 1 s"], "--duration 6");
+    let log = run.folder.join("run.mcap");
+    let verified = ringwing().arg("verify").arg(&log).output().unwrap();
+    assert_eq!(verified.status.code(), Some(0), "{}", String::from_utf8_lossy(&verified.stderr));
+    let again = std::process::Command::new("bash")
+        .args(["-c", &format!("{} --json", run.text("command"))])
+        .output()
+        .unwrap();
+    let again: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(again["payload_hash"], run.summary["payload_hash"]);
+}
+
+#[test]
+fn what_cannot_be_is_refused_before_anything_starts() {
+    for (sentence, why) in [
+        ("kill uav 3", "give when first"),
+        ("at 3 s kill uav 9", "there is no uav 9"),
+        ("at 3 s freeze world for 1 s", "the world keeps the time"),
+        ("at 3 s link 2->3 delay file \"nowhere.txt\"", "nowhere.txt"),
+    ] {
+        let output = ringwing().args(["run", "paper-4.1", "--fault", sentence]).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && said.contains(why), "{sentence}: {said}");
+    }
+}
+
+#[test]
+fn shells_are_told_how_to_complete_the_command() {
+    for shell in ["bash", "zsh", "fish"] {
+        let output = ringwing().args(["completion", shell]).output().unwrap();
+        let script = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            output.status.success() && script.contains("COMPLETE") && script.contains("ringwing"),
+            "{script}"
+        );
+    }
+}
