@@ -98,8 +98,8 @@ mod tests {
         assert_eq!(
             refusal("paper-4.3"),
             format!(
-                "scenario \"paper-4.3\": neither a preset nor a file in {}: give a preset (paper-4.1, paper-4.2) or \
-                 the path of a scenario file",
+                "scenario \"paper-4.3\": neither a preset nor a file in {}: give a preset (paper-4.1, paper-4.2, dropout, \
+                 dropout-return, delay, lossy, partition, leader-loss, storm) or the path of a scenario file",
                 folder.display()
             )
         );

@@ -180,7 +180,9 @@ impl Launcher<'_> {
 
     /// Everything is done that is to be before `now`: answers those who asked, and lets the world go on.
     fn set_free(&mut self, now: Tick) -> Result<(), LaunchError> {
-        for (request, fault, refused) in std::mem::take(&mut self.agenda.asking) {
+        let schedule = self.plan.scenario.schedule();
+        let done = |(_, fault, _): &mut (Request, Fault, Vec<String>)| schedule.tick(fault.at_s) <= now.0;
+        for (request, fault, refused) in self.agenda.asking.extract_if(.., done).collect::<Vec<_>>() {
             request.answer(&self.answer(&fault, &refused));
         }
         if self.is_real_time() {

@@ -159,12 +159,12 @@ fn lasting(for_s: Option<f64>) -> String {
     for_s.map_or_else(String::new, |for_s| format!(" for {}", time(for_s)))
 }
 
-/// In milliseconds where that is shorter and says the same.
+/// Below a second in milliseconds, where that says the same.
 fn time(value_s: f64) -> String {
     let value_ms = value_s * 1000.0;
     shorter(
         format!("{value_s} s"),
-        (value_s != 0.0 && value_ms / 1000.0 == value_s).then(|| format!("{value_ms} ms")),
+        (value_s != 0.0 && value_s < 1.0 && value_ms / 1000.0 == value_s).then(|| format!("{value_ms} ms")),
     )
 }
 
