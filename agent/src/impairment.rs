@@ -157,7 +157,7 @@ impl<T: Carried> Impairment<T> {
     pub fn deliver(&mut self, now: Tick, mut take: impl FnMut(T)) {
         let usable = now.0 - self.route.ticks;
         let mut sent: Vec<T> = self.early.extract_if(.., |sample| sample.tick().0 <= usable).collect();
-        sent.sort_by_key(|sample| sample.tick());
+        sent.sort_by_key(Carried::tick);
         for sample in sent {
             self.send(sample);
         }

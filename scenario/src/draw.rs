@@ -87,7 +87,9 @@ mod tests {
         for moment in 0..5000 {
             let chosen = Draws::new(1, [0; 3], moment).choose(2, 5);
             assert!(chosen.len() == 2 && chosen[0] < chosen[1]);
-            chosen.iter().for_each(|number| counts[*number as usize - 1] += 1);
+            for number in chosen {
+                counts[number as usize - 1] += 1;
+            }
         }
         assert!(counts.iter().all(|count| (1850..2150).contains(count)), "{counts:?}");
         assert_eq!(Draws::new(1, [0; 3], 0).choose(9, 3), [1, 2, 3]);

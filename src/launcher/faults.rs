@@ -206,7 +206,7 @@ impl Launcher<'_> {
     pub(super) fn note_asked_end(&mut self, part: Part, act: Act) -> Result<(), LaunchError> {
         match (part, act) {
             (Part::World, _) => {
-                self.failures.push("the world was ended as asked: the flight did not come to its end".into())
+                self.failures.push("the world was ended as asked: the flight did not come to its end".into());
             }
             // Without a log, nothing would be known of the flight.
             (Part::Recorder, Act::Kill { returns: false } | Act::Stop) => {

@@ -131,7 +131,7 @@ fn links_are_those_that_were_named() {
     assert_eq!(covered("link all hold").split(' ').count(), 12 + 4);
 }
 
-fn schedule<'f>(faults: &'f [Fault], seed: u64) -> Schedule<'f> {
+fn schedule(faults: &[Fault], seed: u64) -> Schedule<'_> {
     Schedule { faults, seed, rate_hz: 100, uavs: 6 }
 }
 
