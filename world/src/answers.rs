@@ -242,7 +242,7 @@ mod tests {
         answers.set_roster(&roster);
         assert_eq!(answers.owing().collect::<Vec<_>>(), [Part::Agent(UavId(2)), Part::Leader]);
         answers.note(&command(2, 5), &Stamps::default(), 200);
-        answers.note_leader(Tick(5));
+        answers.note_leader(Some(Tick(5)));
         assert_eq!(answers.owing().next(), None);
     }
 
