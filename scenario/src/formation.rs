@@ -35,7 +35,17 @@ impl Formation {
 
     /// R = L / (2 sin(pi / n)), the distance of each slot from the centre in metres (Section 2).
     pub fn radius_m(&self) -> f64 {
-        self.spacing_m / (2.0 * libm::sin(PI / f64::from(self.count)))
+        self.radius_of_m(self.count)
+    }
+
+    /// The radius of a ring of `count` slots with the same spacing.
+    pub(crate) fn radius_of_m(&self, count: u32) -> f64 {
+        self.spacing_m / (2.0 * libm::sin(PI / f64::from(count)))
+    }
+
+    /// The bearing of slot `number` (from 1) seen from the centre: clockwise from the first (Section 2).
+    pub(crate) fn bearing_rad(&self, number: u32) -> f64 {
+        self.bearing_rad - f64::from(number - 1) * TAU / f64::from(self.count)
     }
 
     /// `p_id`, the place of slot `number` (from 1) round `centre`: clockwise from the first (Section 2).
@@ -44,7 +54,7 @@ impl Formation {
     /// If there is no such slot.
     pub fn slot(&self, number: u32, centre: Point2<f64>) -> Point2<f64> {
         assert!((1..=self.count).contains(&number), "no slot {number} in a ring of {}", self.count);
-        let bearing = self.bearing_rad - f64::from(number - 1) * TAU / f64::from(self.count);
+        let bearing = self.bearing_rad(number);
         centre + Vector2::new(libm::cos(bearing), libm::sin(bearing)) * self.radius_m()
     }
 }

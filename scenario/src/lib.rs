@@ -1,6 +1,7 @@
 //! The scenario of a run: what flies, by which law, past which obstacles, and what it must achieve.
 //!
-//! [`model`] is the scenario itself, [`formation`] the geometry it implies, [`motion`] how what flies in it moves.
+//! [`model`] is the scenario itself, [`formation`] the geometry it implies, [`LivingRing`]
+//! that of those who are left, [`motion`] how what flies in it moves.
 //! [`Source`] finds a scenario's text, [`Scenario::read`] makes one of it with the [`Setting`]s of the command line, or
 //! says all that is wrong with it at once. [`preset`] holds those that come with ringwing, [`start`] places the UAVs,
 //! [`fault`] is the vocabulary of what is done to a run on purpose, [`draw`] what is drawn by its seed.
@@ -13,6 +14,7 @@ pub mod fault;
 mod flaw;
 pub mod formation;
 mod hint;
+mod living;
 pub mod model;
 pub mod motion;
 mod origin;
@@ -23,14 +25,17 @@ mod setting;
 mod shape;
 mod source;
 pub mod start;
+mod switch;
 mod unit;
 mod validate;
 
 pub use fault::{Action, Fault, schedule::Schedule};
 pub use formation::Formation;
+pub use living::{LivingRing, Slot};
 pub use model::{
-    Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Georeference, Law, Leader, Obstacle,
-    Requirements, Scenario, Sensing, Start, StartState, Supervision, Time,
+    Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Georeference, Law, Leader,
+    Membership, Obstacle, OnLoss, Requirements, Scenario, Sensing, Start, StartState, Supervision, Switches,
+    Time,
 };
 pub use motion::{Pose, direction, wrap};
 pub use preset::Preset;

@@ -19,6 +19,8 @@ pub struct Scenario {
     pub formation: FormationSection,
     /// The law the agents fly by.
     pub control: Control,
+    /// What the swarm does when one of it is lost.
+    pub membership: Membership,
     /// The virtual leader.
     pub leader: Leader,
     /// What each airframe can do.
@@ -65,13 +67,25 @@ pub struct FormationSection {
 }
 
 /// The control law of every agent.
+///
+/// The law sets the switches of the resilient law's parts that are not set themselves: see [`Law::switches`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Control {
     /// Which law.
     pub law: Law,
-    /// How far old data of neighbours and leader are predicted forward.
+    /// How far old data of neighbours, leader and own senses are predicted forward.
     pub dead_reckoning: DeadReckoning,
+    /// A neighbour's G fades with the age of what was heard of it: times `exp(-age / trust_time_s)`.
+    pub trust_fades: bool,
+    /// How long it takes to fade to 37 %.
+    pub trust_time_s: f64,
+    /// G fades far from the slot: times `exp(-(slot error / (gain_reach_spacings L))^2)`.
+    pub gain_fades: bool,
+    /// How far G reaches, in L.
+    pub gain_reach_spacings: f64,
+    /// The living close the ring after a loss, and open it on a return.
+    pub ring_closes: bool,
     /// G of Eq. (3).
     pub formation_gain: f64,
     /// Gain of Eq. (3)'s last term; 1 in the paper.
@@ -88,6 +102,45 @@ pub struct Control {
 pub enum Law {
     /// Equations (4) to (13), as written.
     Paper,
+    /// The same, with everything that keeps the swarm together when UAVs or data are lost or late.
+    Resilient,
+}
+
+/// Which parts of the resilient law are in force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct Switches {
+    /// See [`Control::dead_reckoning`].
+    pub dead_reckoning: DeadReckoning,
+    /// See [`Control::trust_fades`].
+    pub trust_fades: bool,
+    /// See [`Control::gain_fades`].
+    pub gain_fades: bool,
+    /// See [`Control::ring_closes`].
+    pub ring_closes: bool,
+}
+
+/// What the swarm does when one of it is lost; of no effect while `control.ring_closes` is off.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Membership {
+    /// A ring neighbour from which nothing new came for so long is lost, unless it is heard of another way.
+    pub loss_timeout_s: f64,
+    /// Which slots the living take.
+    pub on_loss: OnLoss,
+    /// How long slots take to move to their new places.
+    pub slots_move_s: f64,
+}
+
+/// Which slots the living take after a loss.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnLoss {
+    /// Evenly on a circle, L apart: the radius follows.
+    KeepSpacing,
+    /// Evenly on the circle of radius R: the spacing follows.
+    KeepRadius,
+    /// Their own: a gap stays.
+    KeepSlots,
 }
 
 /// How far old data are predicted forward.
@@ -255,7 +308,15 @@ impl Law {
     pub fn name(self) -> &'static str {
         match self {
             Self::Paper => "paper",
+            Self::Resilient => "resilient",
         }
+    }
+
+    /// The switches of its parts, where the scenario does not set them.
+    pub fn switches(self) -> Switches {
+        let on = self == Self::Resilient;
+        let dead_reckoning = if on { DeadReckoning::Full } else { DeadReckoning::Tick };
+        Switches { dead_reckoning, trust_fades: on, gain_fades: on, ring_closes: on }
     }
 }
 
@@ -304,6 +365,7 @@ impl Default for Scenario {
             time: Time::default(),
             formation: FormationSection::default(),
             control: Control::default(),
+            membership: Membership::default(),
             leader: Leader::default(),
             airframe: Airframe::default(),
             georeference: Georeference::default(),
@@ -331,14 +393,26 @@ impl Default for FormationSection {
 
 impl Default for Control {
     fn default() -> Self {
+        let Switches { dead_reckoning, trust_fades, gain_fades, ring_closes } = Law::Paper.switches();
         Self {
             law: Law::Paper,
-            dead_reckoning: DeadReckoning::Tick,
+            dead_reckoning,
+            trust_fades,
+            trust_time_s: 0.5,
+            gain_fades,
+            gain_reach_spacings: 0.5,
+            ring_closes,
             formation_gain: 2.0,
             slot_gain: 1.0,
             obstacle_gain_m: 100.0,
             heading_gain_rad_per_m: 1.0,
         }
+    }
+}
+
+impl Default for Membership {
+    fn default() -> Self {
+        Self { loss_timeout_s: 1.0, on_loss: OnLoss::KeepSpacing, slots_move_s: 5.0 }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::{
     fault::trace,
     flaw::{Flaw, View},
     origin::{self, Origins},
-    setting, shape, validate,
+    setting, shape, switch, validate,
 };
 use serde::Deserialize;
 use toml::{
@@ -22,7 +22,8 @@ impl Scenario {
     /// Reads a scenario, with `settings` in place of what the source says, later ones in place of earlier ones.
     ///
     /// When a setting of `formation.uavs` asks for another number of UAVs than the source lists starts for, the list
-    /// counts no longer: `start.uavs` is empty, and starts are drawn.
+    /// counts no longer: `start.uavs` is empty, and starts are drawn. In the same way, when a setting of `control.law` asks
+    /// for another law than the source does, the source's switches of that law count no longer.
     pub fn read(source: &Source, settings: &[Setting]) -> Result<Self, ScenarioError> {
         let mut reading = Reading::new(source, settings);
         let scenario = reading.scenario();
@@ -71,7 +72,12 @@ impl<'s> Reading<'s> {
     /// What can be made of it; right only when no problem was noted.
     fn scenario(&mut self) -> Option<Scenario> {
         let mut tree = self.parse()?;
-        let list_counts = self.apply_settings(&mut tree);
+        let law_written = switch::law(tree.get_ref());
+        let (list_counts, keys) = self.apply_settings(&mut tree);
+        if keys.iter().any(|key| key == switch::LAW) && switch::law(tree.get_ref()) != law_written {
+            switch::drop_unset(tree.get_mut(), &keys);
+        }
+        switch::complete(&mut tree);
         let given = tree.clone();
         self.fit(&mut tree);
         if !list_counts {
@@ -117,8 +123,8 @@ impl<'s> Reading<'s> {
         }
     }
 
-    /// Puts the overrides into the tree. Returns whether the listed starts still count.
-    fn apply_settings(&mut self, tree: &mut Tree<'s>) -> bool {
+    /// Puts the overrides into the tree. Returns whether the listed starts still count, and the keys that were set.
+    fn apply_settings(&mut self, tree: &mut Tree<'s>) -> (bool, Vec<String>) {
         let mut keys = Vec::new();
         for (index, setting) in self.settings.iter().enumerate() {
             match self.apply(index, setting, tree) {
@@ -131,7 +137,7 @@ impl<'s> Reading<'s> {
         }
         let list_set = keys.iter().any(|key| key.starts_with("start.uavs"));
         let number_set = keys.iter().any(|key| key == "formation.uavs");
-        list_set || !number_set || list_is_as_long_as_said(tree.get_ref())
+        (list_set || !number_set || list_is_as_long_as_said(tree.get_ref()), keys)
     }
 
     fn apply(&mut self, index: usize, setting: &'s Setting, tree: &mut Tree<'s>) -> Result<String, String> {
@@ -282,7 +288,7 @@ rate_hz = 99.5
 [formation]
 uavs = 2
 [control]
-law = "resilient"
+law = "tenacious"
 dead_reckoning = "half"
 [airframe]
 speed_max_m_s = 10
@@ -304,11 +310,11 @@ braking_distance_m = 20
             problems(text, &settings),
             r#"
 scenario "wind.toml", line 2: name: has other characters than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-scenario "wind.toml", line 3: colour: no such key; known here are airframe, control, description, faults, formation, georeference, leader, name, obstacles, requirements, seed, sensing, start, supervision, time
+scenario "wind.toml", line 3: colour: no such key; known here are airframe, control, description, faults, formation, georeference, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
 scenario "wind.toml", line 5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
 scenario "wind.toml", line 6: time.rate_hz: 99.5 is no whole number: give a whole number of hertz, such as 100
 scenario "wind.toml", line 8: formation.uavs: 2 is not within 3 to 1024: give one that is
-scenario "wind.toml", line 10: control.law: "resilient" is not known: give "paper"
+scenario "wind.toml", line 10: control.law: "tenacious" is not known: give "paper" or "resilient"
 scenario "wind.toml", line 11: control.dead_reckoning: "half" is not known: give one of "off", "tick", "full"
 scenario "wind.toml", line 13: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger one
 scenario "wind.toml", line 14: airframe.speed_min_km_h: no such key; did you mean speed_min_m_s, in m/s?
@@ -342,6 +348,33 @@ scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above
         assert_eq!(read(PRESET, &["obstacles=[]"]).unwrap().obstacles, []);
         assert_eq!(read("", &["settling_max_s=20"]).unwrap().requirements.settling_max_s, Some(20.0));
         assert_eq!(read("", &["requirements={}"]).unwrap().requirements, Requirements::default());
+    }
+
+    #[test]
+    fn the_law_sets_the_switches_that_are_not_set_themselves() {
+        let control = |text: &str, settings: &[&str]| read(text, settings).unwrap().control;
+        let on = |control: &crate::Control| {
+            let full = control.dead_reckoning == crate::DeadReckoning::Full;
+            [full, control.trust_fades, control.gain_fades, control.ring_closes]
+        };
+        assert_eq!(on(&control("", &[])), [false; 4]);
+        assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 4]);
+        let three = control("control.law = 'resilient'\ncontrol.gain_fades = false", &[]);
+        assert_eq!((on(&three), three.law), ([true, true, false, true], Law::Resilient));
+        assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false]);
+        assert_eq!(on(&control("", &["law=resilient", "ring_closes=false"])), [true, true, true, false]);
+    }
+
+    #[test]
+    fn another_law_leaves_the_files_switches_behind() {
+        assert_eq!(
+            read(PRESET, &["law=resilient"]).unwrap(),
+            read("", &["law=resilient"])
+                .map(|scenario| Scenario { control: scenario.control, ..read(PRESET, &[]).unwrap() })
+                .unwrap()
+        );
+        let kept = read("control.law = 'resilient'\ncontrol.gain_fades = false", &["law=resilient"]).unwrap();
+        assert!(!kept.control.gain_fades, "the law is the file's");
     }
 
     #[test]

@@ -12,10 +12,11 @@ pub(crate) struct Unit {
 }
 
 /// An ending that is part of another comes after it.
-static UNITS: [Unit; 8] = [
+static UNITS: [Unit; 9] = [
     Unit { suffix: "_rad_per_m", symbol: "rad/m", plural: "radians per metre" },
     Unit { suffix: "_rad_s", symbol: "rad/s", plural: "radians per second" },
     Unit { suffix: "_m_s", symbol: "m/s", plural: "metres per second" },
+    Unit { suffix: "_spacings", symbol: "spacings", plural: "formation spacings" },
     Unit { suffix: "_radii", symbol: "radii", plural: "formation radii" },
     Unit { suffix: "_deg", symbol: "degrees", plural: "degrees" },
     Unit { suffix: "_hz", symbol: "Hz", plural: "hertz" },
@@ -24,7 +25,7 @@ static UNITS: [Unit; 8] = [
 ];
 
 /// Words that people end a key with when they mean a unit.
-const UNIT_WORDS: [&str; 30] = [
+const UNIT_WORDS: [&str; 31] = [
     "centimetres",
     "cm",
     "deg",
@@ -55,6 +56,7 @@ const UNIT_WORDS: [&str; 30] = [
     "radii",
     "s",
     "seconds",
+    "spacings",
 ];
 
 /// The unit of `key`, if it has one.

@@ -4,7 +4,7 @@
 
 use crate::{
     Obstacle, Scenario, StartState,
-    flaw::{Flaw, quantity},
+    flaw::{Flaw, Quantity, quantity},
 };
 use nalgebra::{Point2, distance};
 
@@ -29,6 +29,7 @@ pub(crate) fn flaws(scenario: &Scenario) -> Vec<Flaw> {
     flaws.extend(time(scenario));
     flaws.extend(formation(scenario));
     flaws.extend(control(scenario));
+    flaws.extend(membership(scenario));
     flaws.extend(leader(scenario));
     flaws.extend(airframe(scenario));
     flaws.extend(georeference(scenario));
@@ -99,9 +100,38 @@ fn control(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
         quantity("control.slot_gain", control.slot_gain).above_zero(),
         quantity("control.obstacle_gain_m", control.obstacle_gain_m).not_below_zero(),
         quantity("control.heading_gain_rad_per_m", control.heading_gain_rad_per_m).above_zero(),
+        timeout("control.trust_time_s", control.trust_time_s),
+        quantity("control.gain_reach_spacings", control.gain_reach_spacings).above_zero(),
     ]
     .into_iter()
     .flatten()
+}
+
+fn timeout(key: &str, value_s: f64) -> Option<Flaw> {
+    let timeout = quantity(key, value_s);
+    timeout.above_zero().or_else(|| timeout.within(0.0..=TIMEOUT_MAX_S))
+}
+
+fn membership(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
+    let membership = &scenario.membership;
+    let loss_timeout = quantity("membership.loss_timeout_s", membership.loss_timeout_s);
+    [
+        timeout(loss_timeout.key, loss_timeout.value).or_else(|| few_ticks(scenario, loss_timeout)),
+        quantity("membership.slots_move_s", membership.slots_move_s).within(0.0..=TIMEOUT_MAX_S),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+/// What a neighbour sends in one tick is heard in the next, or in the one after: four of them make a silence.
+fn few_ticks(scenario: &Scenario, timeout: Quantity<'_>) -> Option<Flaw> {
+    let rate = quantity("time.rate_hz", scenario.time.rate_hz);
+    (scenario.control.ring_closes && timeout.value < 4.0 * scenario.period_s()).then(|| {
+        let short = format!("{} is shorter than 4 ticks at {}", timeout.measure(), rate.beside(timeout.key));
+        let long = format!("at {} 4 ticks are longer than {}", rate.measure(), timeout.beside(rate.key));
+        Flaw::of(timeout.key, format!("{short}: give a longer one"))
+            .or(rate.key, format!("{long}: give a larger one"))
+    })
 }
 
 /// Assumption 1: the airframes can fly as fast, and as slowly, as the leader.
@@ -162,10 +192,6 @@ fn georeference(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
 }
 
 fn supervision(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
-    let timeout = |key, value| {
-        let timeout = quantity(key, value);
-        timeout.above_zero().or_else(|| timeout.within(0.0..=TIMEOUT_MAX_S))
-    };
     [
         timeout("supervision.start_timeout_s", scenario.supervision.start_timeout_s),
         timeout("supervision.answer_timeout_s", scenario.supervision.answer_timeout_s),

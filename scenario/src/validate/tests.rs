@@ -32,7 +32,7 @@ fn the_defaults_and_the_example_are_sound() {
 fn every_bound_of_a_single_quantity_is_kept() {
     type Change = fn(&mut Scenario, f64);
     // The key, how to change it, what is just possible, and what is not.
-    let bounds: [(&str, Change, &[f64], &[f64]); 24] = [
+    let bounds: [(&str, Change, &[f64], &[f64]); 28] = [
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
         ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
@@ -42,6 +42,15 @@ fn every_bound_of_a_single_quantity_is_kept() {
         ("control.slot_gain", |s, v| s.control.slot_gain = v, &[1e-9], &[0.0, -1.0]),
         ("control.obstacle_gain_m", |s, v| s.control.obstacle_gain_m = v, &[0.0], &[-1e-9]),
         ("control.heading_gain_rad_per_m", |s, v| s.control.heading_gain_rad_per_m = v, &[1e-9], &[0.0]),
+        ("control.trust_time_s", |s, v| s.control.trust_time_s = v, &[1e-9, 3600.0], &[0.0, 3601.0]),
+        ("control.gain_reach_spacings", |s, v| s.control.gain_reach_spacings = v, &[1e-9], &[0.0, -1.0]),
+        (
+            "membership.loss_timeout_s",
+            |s, v| s.membership.loss_timeout_s = v,
+            &[1e-9, 3600.0],
+            &[0.0, 3601.0],
+        ),
+        ("membership.slots_move_s", |s, v| s.membership.slots_move_s = v, &[0.0, 3600.0], &[-1.0, 3601.0]),
         ("leader.heading_deg", |s, v| s.leader.heading_deg = v, &[-360.0, 360.0], &[-361.0, 361.0]),
         ("airframe.speed_min_m_s", |s, v| s.airframe.speed_min_m_s = v, &[1e-9], &[0.0, -1.0]),
         ("airframe.turn_rate_max_rad_s", |s, v| s.airframe.turn_rate_max_rad_s = v, &[1e-9], &[0.0, -1.0]),
@@ -120,6 +129,17 @@ fn a_flight_has_a_tick_and_a_command_lasts_one() {
         ]
     );
     assert_eq!(said(|s| s.airframe.command_timeout_s = 0.01), [""; 0]);
+}
+
+#[test]
+fn a_loss_takes_more_than_a_few_ticks_where_the_ring_closes() {
+    assert_eq!(
+        said(|s| (s.control.ring_closes, s.membership.loss_timeout_s) = (true, 0.03)),
+        [
+            "membership.loss_timeout_s: 0.03 s is shorter than 4 ticks at time.rate_hz 100 Hz: give a longer one"
+        ]
+    );
+    assert_eq!(said(|s| s.membership.loss_timeout_s = 0.03), [""; 0]);
 }
 
 #[test]

@@ -1,0 +1,220 @@
+//! The ring of those who are left: a function of who lives alone, so that all who agree on that fly the same ring.
+//!
+//! Never knows how anybody came to be lost, nor when.
+
+use crate::{Formation, OnLoss, Scenario, direction};
+use nalgebra::Vector2;
+use std::f64::consts::TAU;
+
+/// Fewer than this make no ring: who is left keeps its own slot.
+const RING_MIN: usize = 3;
+
+/// A place on a circle round the formation's centre.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Slot {
+    /// Seen from the centre, and not wrapped: from slot to slot round the ring it falls by no more than one turn.
+    pub bearing_rad: f64,
+    /// From the centre.
+    pub radius_m: f64,
+}
+
+impl Slot {
+    /// The way to it from the centre.
+    pub fn offset(&self) -> Vector2<f64> {
+        direction(self.bearing_rad) * self.radius_m
+    }
+}
+
+/// The slots of the living.
+///
+/// They are taken in ring order, and the ring is turned so that the living move least: so that the sum of the squares of
+/// their turns against their original bearings is the smallest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LivingRing {
+    formation: Formation,
+    on_loss: OnLoss,
+    living: Vec<u32>,
+    radius_m: f64,
+    /// Bearing of the first of the living.
+    first_rad: f64,
+}
+
+impl LivingRing {
+    /// The ring of `scenario` while all live.
+    pub fn whole(scenario: &Scenario) -> Self {
+        let (formation, on_loss) = (scenario.formation(), scenario.membership.on_loss);
+        let mut ring = Self { formation, on_loss, living: Vec::new(), radius_m: 0.0, first_rad: 0.0 };
+        ring.reform(|_| true);
+        ring
+    }
+
+    /// Makes it the ring of those whose numbers `lives` holds for.
+    pub fn reform(&mut self, lives: impl Fn(u32) -> bool) {
+        self.living.clear();
+        self.living.extend((1..=self.formation.count()).filter(|number| lives(*number)));
+        if self.is_evenly_spread() {
+            let formation = &self.formation;
+            self.radius_m = match self.on_loss {
+                OnLoss::KeepSpacing => formation.radius_of_m(self.living.len() as u32),
+                OnLoss::KeepRadius | OnLoss::KeepSlots => formation.radius_m(),
+            };
+            self.first_rad = self.least_turned_rad();
+        }
+    }
+
+    /// How many live.
+    pub fn count(&self) -> usize {
+        self.living.len()
+    }
+
+    /// Whether nobody is missing.
+    pub fn is_whole(&self) -> bool {
+        self.living.len() == self.formation.count() as usize
+    }
+
+    /// Whether UAV `number` lives.
+    pub fn has(&self, number: u32) -> bool {
+        self.living.binary_search(&number).is_ok()
+    }
+
+    /// The slot of UAV `number`; of one that does not live, its original one.
+    pub fn slot(&self, number: u32) -> Slot {
+        match self.living.binary_search(&number) {
+            Ok(place) if self.is_evenly_spread() => {
+                Slot { bearing_rad: self.first_rad - self.step_rad(place), radius_m: self.radius_m }
+            }
+            _ => self.original(number),
+        }
+    }
+
+    /// The living before and after UAV `number` in the ring; none where it would be UAV `number` itself.
+    pub fn neighbours(&self, number: u32) -> [Option<u32>; 2] {
+        let place = self.living.partition_point(|living| *living < number);
+        let after = place + usize::from(self.has(number));
+        let count = self.living.len();
+        let at = |place: usize| self.living.get(place % count.max(1)).copied();
+        [at(place + count.saturating_sub(1)), at(after)].map(|one| one.filter(|one| *one != number))
+    }
+
+    /// Whether the living form a ring of their own.
+    fn is_evenly_spread(&self) -> bool {
+        !self.is_whole() && self.living.len() >= RING_MIN && self.on_loss != OnLoss::KeepSlots
+    }
+
+    fn original(&self, number: u32) -> Slot {
+        Slot { bearing_rad: self.formation.bearing_rad(number), radius_m: self.formation.radius_m() }
+    }
+
+    /// How far round the ring the living in `place` flies from the first.
+    fn step_rad(&self, place: usize) -> f64 {
+        place as f64 * TAU / self.living.len() as f64
+    }
+
+    /// The mean of what the bearing of the first would be if one after the other kept its own bearing.
+    fn least_turned_rad(&self) -> f64 {
+        let first =
+            |(place, number): (usize, &u32)| self.formation.bearing_rad(*number) + self.step_rad(place);
+        self.living.iter().enumerate().map(first).sum::<f64>() / self.living.len() as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn ring(uavs: u32, on_loss: OnLoss, lost: &[u32]) -> LivingRing {
+        let mut scenario = Scenario::default();
+        (scenario.formation.uavs, scenario.membership.on_loss) = (uavs, on_loss);
+        let mut ring = LivingRing::whole(&scenario);
+        ring.reform(|number| !lost.contains(&number));
+        ring
+    }
+
+    fn offsets(ring: &LivingRing) -> Vec<Vector2<f64>> {
+        ring.living.iter().map(|number| ring.slot(*number).offset()).collect()
+    }
+
+    #[test]
+    fn a_whole_ring_is_the_formation_to_the_bit() {
+        let formation = Scenario::default().formation();
+        for number in 1..=6 {
+            let slot = formation.slot(number, nalgebra::Point2::origin());
+            assert_eq!(ring(6, OnLoss::KeepSpacing, &[]).slot(number).offset(), slot.coords);
+        }
+    }
+
+    #[test]
+    fn five_of_six_are_a_ring_of_five_turned_by_half_a_gap_each_way() {
+        let five = ring(6, OnLoss::KeepSpacing, &[3]);
+        assert!((five.slot(1).radius_m - 40.0 / (2.0 * (TAU / 10.0).sin())).abs() < 1e-9);
+        let turn = |number| five.slot(number).bearing_rad - five.original(number).bearing_rad;
+        // Slots 2 and 4 were 120 degrees apart, and are now 72: they close the gap from both sides alike.
+        assert!((turn(4) - 24_f64.to_radians()).abs() < 1e-9 && (turn(2) + 24_f64.to_radians()).abs() < 1e-9);
+        assert!(turn(6).abs() < 1e-9, "the one opposite stays");
+    }
+
+    #[test]
+    fn what_is_kept_is_kept() {
+        let radius = ring(6, OnLoss::KeepRadius, &[2, 5]);
+        assert!(radius.living.iter().all(|number| (radius.slot(*number).radius_m - 40.0).abs() < 1e-9));
+        let slots = ring(6, OnLoss::KeepSlots, &[2, 5]);
+        assert!(slots.living.iter().all(|number| slots.slot(*number) == slots.original(*number)));
+    }
+
+    #[test]
+    fn fewer_than_three_keep_their_own_slots() {
+        for lost in [&[1, 2, 4, 5][..], &[1, 2, 3, 4, 5], &[1, 2, 3, 4, 5, 6]] {
+            let left = ring(6, OnLoss::KeepSpacing, lost);
+            assert!((1..=6).all(|number| left.slot(number) == left.original(number)), "{lost:?}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_living_are_the_neighbours() {
+        let left = ring(6, OnLoss::KeepSpacing, &[2, 3]);
+        assert_eq!(left.neighbours(1), [Some(6), Some(4)]);
+        assert_eq!(left.neighbours(4), [Some(1), Some(5)]);
+        assert_eq!(left.neighbours(2), [Some(1), Some(4)], "a lost one would come in here");
+        assert_eq!(ring(6, OnLoss::KeepSpacing, &[2, 3, 4, 5]).neighbours(1), [Some(6), Some(6)]);
+        assert_eq!(ring(3, OnLoss::KeepSpacing, &[2, 3]).neighbours(1), [None, None]);
+        assert_eq!(ring(3, OnLoss::KeepSpacing, &[1, 2, 3]).neighbours(1), [None, None]);
+    }
+
+    proptest! {
+        #[test]
+        fn the_living_are_evenly_spread_in_ring_order_and_turned_least(
+            uavs in 3_u32..40, lives in prop::collection::vec(any::<bool>(), 40), turn in -1.0..1.0,
+        ) {
+            let lost: Vec<u32> = (1..=uavs).filter(|number| !lives[*number as usize]).collect();
+            let ring = ring(uavs, OnLoss::KeepSpacing, &lost);
+            prop_assume!(ring.count() >= 3);
+            let offsets = offsets(&ring);
+            for (one, next) in offsets.iter().zip(offsets.iter().cycle().skip(1)) {
+                prop_assert!(((one - next).norm() - 40.0).abs() < 1e-9);
+            }
+            let moved = |extra: f64| -> f64 {
+                let turn = |number: &u32| ring.slot(*number).bearing_rad + extra - ring.original(*number).bearing_rad;
+                ring.living.iter().map(|number| turn(number).powi(2)).sum()
+            };
+            prop_assert!(moved(0.0) <= moved(turn) + 1e-9);
+        }
+
+        #[test]
+        fn where_the_count_begins_makes_no_difference(
+            uavs in 3_u32..20, lives in prop::collection::vec(any::<bool>(), 20), by in 0_u32..20,
+        ) {
+            let lost: Vec<u32> = (1..=uavs).filter(|number| !lives[*number as usize]).collect();
+            let shifted = |number: u32| (number - 1 + by) % uavs + 1;
+            let (one, other) = (
+                ring(uavs, OnLoss::KeepSpacing, &lost),
+                ring(uavs, OnLoss::KeepSpacing, &lost.iter().map(|number| shifted(*number)).collect::<Vec<_>>()),
+            );
+            let angle = -f64::from(by) * TAU / f64::from(uavs);
+            for number in &one.living {
+                let turned = nalgebra::Rotation2::new(angle) * one.slot(*number).offset();
+                prop_assert!((turned - other.slot(shifted(*number)).offset()).norm() < 1e-6);
+            }
+        }
+    }
+}
