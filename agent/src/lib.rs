@@ -11,6 +11,7 @@ pub mod impairment;
 mod inlet;
 pub mod law;
 pub mod link;
+pub mod membership;
 pub mod pilot;
 pub mod process;
 

@@ -131,6 +131,7 @@ impl Pilot {
             leader_age: age(Some(leader), now),
             speed_saturated: u16::from(control.speed_m_s != wish.speed_m_s),
             turn_rate_saturated: u16::from(control.turn_rate_rad_s != wish.turn_rate_rad_s),
+            ..Terms::NONE
         };
         (control, terms)
     }
@@ -179,6 +180,7 @@ impl Pilot {
             turn_rate_rad_s,
             uav: self.uav,
             reserved: 0,
+            rumours: Default::default(),
         };
         let command =
             Command { tick: senses.tick, speed_m_s, turn_rate_rad_s, uav: self.uav, reserved: 0, terms };

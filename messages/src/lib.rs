@@ -23,7 +23,7 @@ pub use gate::{Gate, Wait};
 pub use id::{Part, Tick, UavId};
 pub use member::{Member, StopFlag};
 pub use payload::{
-    AgeTicks, Command, FlightMode, FormationError, LeaderState, LinkCounts, LinkSource, Roster, Sensed,
+    AgeTicks, Command, FlightMode, FormationError, LeaderState, LinkCounts, LinkSource, Roster, Rumour, Sensed,
     SensedObstacle, Terms, TickTiming, UavState,
 };
 pub use report::{Collision, Latency, WorldReport};

@@ -24,9 +24,23 @@ pub struct LeaderState {
     pub turn_rate_rad_s: f64,
 }
 
+/// What a UAV has heard of the standing of a member of the swarm.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("ringwing.Rumour.v1")]
+#[repr(C)]
+pub struct Rumour {
+    /// The number of the member; 0 where there is nothing to tell.
+    pub uav: u32,
+    /// Three times its incarnation, and 0 for living, 1 for suspected, 2 for lost: of two the higher is the newer.
+    pub standing: u32,
+}
+
+/// How many rumours a [`UavState`] carries at most.
+pub const RUMOURS: usize = 8;
+
 /// What a UAV tells its ring neighbours, once a tick.
 #[derive(Debug, Clone, Copy, PartialEq, NoUninit, ZeroCopySend)]
-#[type_name("ringwing.UavState.v1")]
+#[type_name("ringwing.UavState.v2")]
 #[repr(C)]
 pub struct UavState {
     /// The tick this state belongs to; grows by one, so a gap is a lost sample.
@@ -43,6 +57,8 @@ pub struct UavState {
     pub uav: UavId,
     /// Zero; keeps the layout free of padding.
     pub reserved: u32,
+    /// Losses and returns that it passes on; none in an undisturbed flight.
+    pub rumours: [Rumour; RUMOURS],
 }
 
 /// Who flies the airframe.
@@ -148,7 +164,7 @@ impl AgeTicks {
 
 /// How a command came about: every term of the law, for the record.
 #[derive(Debug, Clone, Copy, PartialEq, NoUninit, ZeroCopySend)]
-#[type_name("ringwing.Terms.v1")]
+#[type_name("ringwing.Terms.v2")]
 #[repr(C)]
 pub struct Terms {
     /// The slot `p_id` the UAV steers for, in the local frame.
@@ -175,6 +191,14 @@ pub struct Terms {
     pub speed_saturated: u16,
     /// 1 where Eq. (12) cut the turn rate, else 0.
     pub turn_rate_saturated: u16,
+    /// How many UAVs it holds for living, itself among them.
+    pub living: u32,
+    /// 1 while it goes on along the path of a leader that it has not heard for longer than the loss timeout, else 0.
+    pub leader_silent: u16,
+    /// 1 while the slots move to the places that a loss or a return gave them, else 0.
+    pub slots_moving: u16,
+    /// Fingerprint of those whom it holds for lost: 0 for none, and equal where two UAVs agree.
+    pub lost_fingerprint: u64,
 }
 
 impl Terms {
@@ -192,12 +216,16 @@ impl Terms {
         leader_age: AgeTicks::NEVER,
         speed_saturated: 0,
         turn_rate_saturated: 0,
+        living: 0,
+        leader_silent: 0,
+        slots_moving: 0,
+        lost_fingerprint: 0,
     };
 }
 
 /// What an agent asks of its airframe, once a tick.
 #[derive(Debug, Clone, Copy, PartialEq, NoUninit, ZeroCopySend)]
-#[type_name("ringwing.Command.v1")]
+#[type_name("ringwing.Command.v2")]
 #[repr(C)]
 pub struct Command {
     /// The tick whose senses it answers.
@@ -405,9 +433,9 @@ pub struct FormationError {
 // Other programs read these bytes: a changed layout needs a new `type_name`.
 const _: () = {
     assert!(size_of::<LeaderState>() == 48);
-    assert!(size_of::<UavState>() == 56);
+    assert!(size_of::<UavState>() == 120);
     assert!(size_of::<Sensed>() == 320);
-    assert!(size_of::<Command>() == 152);
+    assert!(size_of::<Command>() == 168);
     assert!(size_of::<TickTiming>() == 72);
     assert!(size_of::<LinkCounts>() == 64);
 };
