@@ -175,6 +175,13 @@ impl<T: Carried> Impairment<T> {
         }
     }
 
+    /// Nobody is there to receive any more: what is on its way is lost.
+    pub fn drop_all(&mut self) {
+        self.counts.lost += self.flying.len() as u64;
+        self.flying.clear();
+        self.early.clear();
+    }
+
     /// What has become of all samples so far, as of `now`.
     pub fn counts(&self, now: Tick) -> LinkCounts {
         LinkCounts { tick: now, in_flight: self.flying.len() as u64, ..self.counts }

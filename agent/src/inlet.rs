@@ -2,11 +2,12 @@
 
 use crate::impairment::{Carried, Impairment, Route};
 use ringwing_messages::{BusError, LinkCounts, Message, Subscriber, Tick};
-use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
+use ringwing_scenario::fault::schedule::LinkFault;
 
 /// The receiving end of one link.
 pub(crate) struct Inlet<T: Message> {
-    port: Subscriber<T>,
+    /// Absent while nobody listens.
+    port: Option<Subscriber<T>>,
     route: Route,
     link: Impairment<T>,
     /// What was sent before the receiver's first tick is not heard: whether a newcomer still gets it is chance.
@@ -16,9 +17,24 @@ pub(crate) struct Inlet<T: Message> {
 }
 
 impl<T: Carried + Message> Inlet<T> {
-    pub(crate) fn new(port: Subscriber<T>, route: Route, scenario: &Scenario) -> Self {
-        let link = Impairment::new(route, scenario.seed, scenario.time.rate_hz);
-        Self { port, route, link, first: None, arrived: None }
+    pub(crate) fn new(port: Subscriber<T>, route: Route, seed: u64, rate_hz: u32) -> Self {
+        let link = Impairment::new(route, seed, rate_hz);
+        Self { port: Some(port), route, link, first: None, arrived: None }
+    }
+
+    pub(crate) fn is_open(&self) -> bool {
+        self.port.is_some()
+    }
+
+    /// Listens again, from the next tick on.
+    pub(crate) fn open(&mut self, port: Subscriber<T>) {
+        (self.port, self.first) = (Some(port), None);
+    }
+
+    /// Listens no more; what is on its way is lost, what was counted stays.
+    pub(crate) fn close(&mut self) {
+        self.port = None;
+        self.link.drop_all();
     }
 
     /// From now on the faults of this link are those of `faults`.
@@ -31,10 +47,11 @@ impl<T: Carried + Message> Inlet<T> {
     /// Does not look for more after the newest that can be used; one of this very tick is no sign that the one before
     /// has come, for a successor's may overtake.
     pub(crate) fn receive(&mut self, now: Tick, mut take: impl FnMut(&T)) -> Result<(), BusError> {
+        let Some(port) = &self.port else { return Ok(()) };
         let first = *self.first.get_or_insert(now);
         let newest = now.0 - self.route.ticks;
         let is_clear = self.link.is_clear();
-        self.port.drain_until(|sample, _| {
+        port.drain_until(|sample, _| {
             if sample.tick() >= first {
                 self.arrived = self.arrived.max(Some(sample.tick()));
                 if is_clear {

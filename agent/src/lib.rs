@@ -1,8 +1,9 @@
 //! One UAV's flight.
 //!
-//! [`law`] is the paper's control law, [`link`] what the UAV has heard of another, [`pilot`] puts both together once a
-//! tick, [`process`] is the operating-system process round them. [`impairment`] is what faults do to what is received,
-//! on its way from an `inlet` to the pilot.
+//! [`law`] is the paper's control law; [`own`], [`neighbours`] and [`lead`] are what the UAV knows of itself, of the others
+//! and of the leader; [`membership`] is who of them lives, [`slots`] where each should be. [`pilot`] puts all that together
+//! once a tick, [`process`] is the operating-system process round it.
+//! [`impairment`] is what faults do to what is received, on its way from an `inlet` of the `ports` to the pilot.
 //!
 //! Never reads the world's truth, nor the state of any UAV that is not its ring neighbour.
 
@@ -10,10 +11,15 @@ mod faults;
 pub mod impairment;
 mod inlet;
 pub mod law;
+pub mod lead;
 pub mod link;
 pub mod membership;
+pub mod neighbours;
+pub mod own;
 pub mod pilot;
+mod ports;
 pub mod process;
+pub mod slots;
 
 pub use pilot::{Decision, Pilot};
 pub use process::{AgentError, Args, run};

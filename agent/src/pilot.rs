@@ -7,11 +7,15 @@ use crate::{
         Bond, Control, Field, Limits, Obstacle, formation_control, potential, potential_forces, repulsion,
         saturated_control, speed_force,
     },
-    link::{Link, Track, age},
+    lead::Lead,
+    link::{Track, age},
+    neighbours::Neighbours,
+    own::Own,
+    slots::{Shape, Slots},
 };
 use nalgebra::{Point2, Vector2};
 use ringwing_messages::{Command, LeaderState, Sensed, Terms, Tick, UavId, UavState};
-use ringwing_scenario::{DeadReckoning, Formation, Pose, Scenario};
+use ringwing_scenario::{DeadReckoning, Pose, Scenario};
 
 /// What a pilot decides in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,19 +30,24 @@ pub struct Decision {
 #[derive(Debug, Clone)]
 pub struct Pilot {
     uav: UavId,
-    formation: Formation,
-    radius_m: f64,
     limits: Limits,
     formation_gain: f64,
     slot_gain: f64,
     obstacle_gain_m: f64,
     heading_gain_rad_per_m: f64,
     dead_reckoning: DeadReckoning,
+    /// In which time a neighbour's term fades with the age of its data, if it does.
+    trust_time_s: Option<f64>,
+    /// How far from the slot G fades, if it does.
+    gain_reach_m: Option<f64>,
     period_s: f64,
-    senses: Option<Sensed>,
-    previous: Link,
-    next: Link,
-    leader: Link,
+    timeout_ticks: i64,
+    own: Own,
+    neighbours: Neighbours,
+    lead: Lead,
+    slots: Slots,
+    /// The revision of the membership that the slots are for.
+    revision: u64,
 }
 
 impl Pilot {
@@ -51,72 +60,94 @@ impl Pilot {
         let limits =
             Limits::new(airframe.speed_min_m_s, airframe.speed_max_m_s, airframe.turn_rate_max_rad_s);
         let control = &scenario.control;
-        let formation = scenario.formation();
+        let timeout_ticks =
+            (scenario.membership.loss_timeout_s * f64::from(scenario.time.rate_hz)).round() as i64;
         Self {
             uav,
-            formation,
-            radius_m: formation.radius_m(),
             limits: limits.expect("a validated scenario has limits"),
             formation_gain: control.formation_gain,
             slot_gain: control.slot_gain,
             obstacle_gain_m: control.obstacle_gain_m,
             heading_gain_rad_per_m: control.heading_gain_rad_per_m,
             dead_reckoning: control.dead_reckoning,
+            trust_time_s: control.trust_fades.then_some(control.trust_time_s),
+            gain_reach_m: control
+                .gain_fades
+                .then_some(control.gain_reach_spacings * scenario.formation.spacing_m),
             period_s: scenario.period_s(),
-            senses: None,
-            previous: Link::default(),
-            next: Link::default(),
-            leader: Link::default(),
+            timeout_ticks,
+            own: Own::new(),
+            neighbours: Neighbours::new(scenario, uav, timeout_ticks),
+            lead: Lead::default(),
+            slots: Slots::new(scenario, uav),
+            revision: 0,
         }
     }
 
     /// Takes in what the UAV senses.
     pub fn sense(&mut self, senses: &Sensed) {
         if senses.uav == self.uav {
-            self.senses = Some(*senses);
+            self.own.sense(senses);
         }
     }
 
-    /// Takes in what the ring neighbour before sent.
-    pub fn hear_previous(&mut self, state: &UavState) {
-        hear(&mut self.previous, state, self.uav.previous(self.formation.count()));
-    }
-
-    /// Takes in what the ring neighbour after sent.
-    pub fn hear_next(&mut self, state: &UavState) {
-        hear(&mut self.next, state, self.uav.next(self.formation.count()));
+    /// Takes in what another UAV sent, in tick `now`.
+    pub fn hear(&mut self, state: &UavState, now: Tick) {
+        self.neighbours.hear(state, now);
     }
 
     /// Takes in what the leader sent.
     pub fn hear_leader(&mut self, state: &LeaderState) {
-        if let Some(track) = Track::of_leader(state) {
-            self.leader.hear(track);
-        }
+        self.lead.hear(state);
     }
 
-    /// Decides for `now`; `None` when nothing was sensed in this tick.
+    /// Whom to listen to from the next tick on.
+    pub fn listened(&self) -> &[UavId] {
+        self.neighbours.listened()
+    }
+
+    /// Decides for `now`; `None` when nothing new was sensed for too long.
     ///
     /// A UAV that has not heard of the leader yet keeps its heading and speed.
-    pub fn fly(&self, now: Tick) -> Option<Decision> {
-        let senses = self.senses.as_ref().filter(|senses| senses.tick == now)?;
-        let (control, terms) = match self.leader.before(now) {
-            Some(leader) => self.follow(leader, senses),
+    pub fn fly(&mut self, now: Tick) -> Option<Decision> {
+        self.neighbours.update(now);
+        self.follow_losses(now);
+        let senses = *self.own.senses(now, self.timeout_ticks)?;
+        let own = self.own.reckoned(&senses, now, self.dead_reckoning, self.period_s);
+        let (control, terms) = match self.lead.at(now, self.dead_reckoning, self.period_s) {
+            Some((leader, pose)) => self.follow(&leader, &pose, &senses, &own, now),
             None => (Control { speed_m_s: senses.speed_m_s, turn_rate_rad_s: 0.0 }, Terms::NONE),
         };
-        Some(self.decision(senses, &control, terms))
+        self.own.command(now, control);
+        Some(self.decision(now, &own, &control, terms))
+    }
+
+    /// Lets the slots move when somebody was lost or returned.
+    fn follow_losses(&mut self, now: Tick) {
+        if self.revision != self.neighbours.revision() {
+            self.revision = self.neighbours.revision();
+            let neighbours = &self.neighbours;
+            self.slots.reform(now, |uav| neighbours.lives(uav));
+        }
+        self.slots.advance(now);
     }
 
     /// The law, Eq. (4) to (13), with the leader where it is now.
-    fn follow(&self, leader: &Track, senses: &Sensed) -> (Control, Terms) {
-        let now = senses.tick;
-        let own = Point2::from(senses.position_m);
-        let (previous, next) = (self.previous.before(now), self.next.before(now));
-        let leader_pose = self.reckoned(leader, now);
-        let field = self.field(previous, next, &leader_pose, now);
-        let forces = potential_forces(&field, &own);
-        let repulsion = self.repulsion(senses, &own);
+    fn follow(
+        &self,
+        leader: &Track,
+        leader_pose: &Pose,
+        senses: &Sensed,
+        own: &Pose,
+        now: Tick,
+    ) -> (Control, Terms) {
+        let shape = self.slots.shape();
+        let heard = shape.neighbours.map(|neighbour| self.neighbours.before(neighbour?.0, now));
+        let field = self.field(shape, heard, leader_pose, own, now);
+        let forces = potential_forces(&field, &own.position);
+        let repulsion = self.repulsion(senses, &own.position);
         let force = speed_force(leader.speed_m_s, leader_pose.heading_rad) - forces.total() + repulsion;
-        let wish = formation_control(&force, senses.heading_rad, self.heading_gain_rad_per_m);
+        let wish = formation_control(&force, own.heading_rad, self.heading_gain_rad_per_m);
         let control = saturated_control(&wish, &self.limits);
         let terms = Terms {
             slot_m: field.slot.into(),
@@ -125,32 +156,55 @@ impl Pilot {
             centre_force_m: forces.centre.into(),
             slot_force_m: forces.slot.into(),
             repulsion_m: repulsion.into(),
-            potential_m2: potential(&field, &own),
-            previous_age: age(previous, now),
-            next_age: age(next, now),
+            potential_m2: potential(&field, &own.position),
+            previous_age: age(heard[0], now),
+            next_age: age(heard[1], now),
             leader_age: age(Some(leader), now),
             speed_saturated: u16::from(control.speed_m_s != wish.speed_m_s),
             turn_rate_saturated: u16::from(control.turn_rate_rad_s != wish.turn_rate_rad_s),
-            ..Terms::NONE
+            living: self.slots.living(),
+            leader_silent: u16::from(now.since(leader.tick) > self.timeout_ticks),
+            slots_moving: u16::from(self.slots.is_moving()),
+            lost_fingerprint: self.neighbours.lost_fingerprint(),
         };
         (control, terms)
     }
 
     /// What the UAV's place is measured against, everybody where they are now.
-    fn field(&self, previous: Option<&Track>, next: Option<&Track>, leader: &Pose, now: Tick) -> Field {
-        let gain = self.formation_gain;
-        let neighbour = |track: &Track| Bond {
-            point: self.reckoned(track, now).position,
-            rest_m: self.formation.spacing_m(),
-            gain,
+    fn field(
+        &self,
+        shape: &Shape,
+        heard: [Option<&Track>; 2],
+        leader: &Pose,
+        own: &Pose,
+        now: Tick,
+    ) -> Field {
+        let slot = leader.position + shape.slot;
+        let gain = self.formation_gain * self.reach(&(own.position - slot));
+        let bond = |place: usize| {
+            let (track, (_, rest_m)) = (heard[place]?, shape.neighbours[place]?);
+            let point = track.reckoned(now, self.dead_reckoning, self.period_s).position;
+            Some(Bond { point, rest_m, gain: gain * self.trust(track, now) })
         };
         Field {
-            previous: previous.map(neighbour),
-            next: next.map(neighbour),
-            centre: Bond { point: leader.position, rest_m: self.radius_m, gain },
-            slot: self.formation.slot(self.uav.0, leader.position),
+            previous: bond(0),
+            next: bond(1),
+            centre: Bond { point: leader.position, rest_m: shape.radius_m, gain },
+            slot,
             slot_gain: self.slot_gain,
         }
+    }
+
+    /// How much of G is left so far from the slot: nothing of it holds a UAV where it has no business.
+    fn reach(&self, slot_error_m: &Vector2<f64>) -> f64 {
+        let faded = |reach_m: f64| libm::exp(-slot_error_m.norm_squared() / (reach_m * reach_m));
+        self.gain_reach_m.map_or(1.0, faded)
+    }
+
+    /// How much of a neighbour's G is left at the age of `track`; the one tick that processes cost is no age.
+    fn trust(&self, track: &Track, now: Tick) -> f64 {
+        let age_s = (now.since(track.tick) - 1) as f64 * self.period_s;
+        self.trust_time_s.map_or(1.0, |time_s| libm::exp(-age_s / time_s))
     }
 
     fn repulsion(&self, senses: &Sensed, own: &Point2<f64>) -> Vector2<f64> {
@@ -165,31 +219,20 @@ impl Pilot {
         senses.obstacles().iter().map(of_one).sum()
     }
 
-    fn reckoned(&self, track: &Track, now: Tick) -> Pose {
-        track.reckoned(now, self.dead_reckoning, self.period_s)
-    }
-
     /// The state carries the speed and turn rate that begin now, so that neighbours can predict the coming tick exactly.
-    fn decision(&self, senses: &Sensed, control: &Control, terms: Terms) -> Decision {
+    fn decision(&mut self, now: Tick, own: &Pose, control: &Control, terms: Terms) -> Decision {
         let Control { speed_m_s, turn_rate_rad_s } = *control;
         let state = UavState {
-            tick: senses.tick,
-            position_m: senses.position_m,
-            heading_rad: senses.heading_rad,
+            tick: now,
+            position_m: own.position.into(),
+            heading_rad: own.heading_rad,
             speed_m_s,
             turn_rate_rad_s,
             uav: self.uav,
             reserved: 0,
-            rumours: Default::default(),
+            rumours: self.neighbours.rumours(),
         };
-        let command =
-            Command { tick: senses.tick, speed_m_s, turn_rate_rad_s, uav: self.uav, reserved: 0, terms };
+        let command = Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, reserved: 0, terms };
         Decision { state, command }
-    }
-}
-
-fn hear(link: &mut Link, state: &UavState, expected: UavId) {
-    if let Some(track) = Track::of_uav(state).filter(|_| state.uav == expected) {
-        link.hear(track);
     }
 }

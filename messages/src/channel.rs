@@ -28,11 +28,18 @@ use std::{
 };
 
 type Factory<T> = PortFactory<ipc::Service, T, Stamps>;
+type Connection<T> = subscriber::Subscriber<ipc::Service, T, Stamps>;
+
+const NO_PLACE: SubscriberCreateError = SubscriberCreateError::ExceedsMaxSupportedSubscribers;
 
 /// Samples that the recorder may lag behind before it loses some.
 pub const RECORDER_DEPTH: usize = 1024;
 /// Samples that readers on the tick path keep: in lockstep a fast neighbour may be a tick ahead.
 pub const TICK_DEPTH: usize = 4;
+/// Samples of a UAV's state that a reader may keep.
+const STATE_DEPTH: usize = 16;
+/// Who may listen to one UAV: a lost one's return is listened for from both sides, by more while they do not agree yet.
+const STATE_READERS: usize = 18;
 /// Room for a restarted sender beside the dead ones that are not cleaned up yet.
 const MAX_PUBLISHERS: usize = 3;
 /// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run.
@@ -70,7 +77,7 @@ pub fn sensed(uav: UavId) -> Channel<Sensed> {
 
 /// What `uav` tells its ring neighbours.
 pub fn state(uav: UavId) -> Channel<UavState> {
-    Channel::new(format!("uav/{}/state", uav.0), 3, RECORDER_DEPTH)
+    Channel::new(format!("uav/{}/state", uav.0), STATE_READERS, STATE_DEPTH)
 }
 
 /// What `uav`'s agent asks of its airframe.
@@ -189,15 +196,30 @@ impl<T: Message> Channel<T> {
     /// Takes a receiving end that keeps the newest `depth` samples, with the same patience.
     pub fn subscriber(&self, node: &Node<ipc::Service>, depth: usize) -> Result<Subscriber<T>, BusError> {
         let factory = self.open(node)?;
-        let create = || {
-            let builder = factory.subscriber_builder().buffer_size(depth.min(self.depth));
-            builder.set_degradation_handler(|_, _| count_failure()).create()
-        };
-        let port =
-            patiently(create, |error| matches!(error, SubscriberCreateError::ExceedsMaxSupportedSubscribers));
-        let refused =
-            |error| BusError::ipc(format!("service {}: no place for a subscriber", self.name), error);
-        Ok(Subscriber { port: port.map_err(refused)?, name: self.name.clone() })
+        let port = patiently(|| self.connect(&factory, depth), |error| *error == NO_PLACE);
+        Ok(Subscriber { port: port.map_err(|error| self.no_place(error))?, name: self.name.clone() })
+    }
+
+    /// The same without patience: `None` when there is no free place at the moment.
+    pub fn subscriber_if_free(
+        &self,
+        node: &Node<ipc::Service>,
+        depth: usize,
+    ) -> Result<Option<Subscriber<T>>, BusError> {
+        match self.connect(&self.open(node)?, depth) {
+            Ok(port) => Ok(Some(Subscriber { port, name: self.name.clone() })),
+            Err(NO_PLACE) => Ok(None),
+            Err(error) => Err(self.no_place(error)),
+        }
+    }
+
+    fn connect(&self, factory: &Factory<T>, depth: usize) -> Result<Connection<T>, SubscriberCreateError> {
+        let builder = factory.subscriber_builder().buffer_size(depth.min(self.depth));
+        builder.set_degradation_handler(|_, _| count_failure()).create()
+    }
+
+    fn no_place(&self, error: SubscriberCreateError) -> BusError {
+        BusError::ipc(format!("service {}: no place for a subscriber", self.name), error)
     }
 }
 

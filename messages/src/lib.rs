@@ -23,8 +23,8 @@ pub use gate::{Gate, Wait};
 pub use id::{Part, Tick, UavId};
 pub use member::{Member, StopFlag};
 pub use payload::{
-    AgeTicks, Command, FlightMode, FormationError, LeaderState, LinkCounts, LinkSource, Roster, Rumour, Sensed,
-    SensedObstacle, Terms, TickTiming, UavState,
+    AgeTicks, Command, FlightMode, FormationError, LeaderState, LinkCounts, LinkSource, Roster, Rumour,
+    Sensed, SensedObstacle, Terms, TickTiming, UavState,
 };
 pub use report::{Collision, Latency, WorldReport};
 pub use stamp::{Stamps, monotonic_ns};
