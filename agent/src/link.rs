@@ -47,13 +47,33 @@ impl Track {
 
     /// Where it is at `now`, predicted along its arc as far as `reckoning` allows.
     pub fn reckoned(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+        let duration_s = self.predicted(now, reckoning) as f64 * period_s;
+        self.pose.after(self.speed_m_s, self.turn_rate_rad_s, duration_s)
+    }
+
+    /// The same of a UAV, straight on from the second tick.
+    ///
+    /// A UAV holds its turn rate for a tick; the stiff heading loop of Eq. (6) has another one for the next. Prolonged by
+    /// the seconds that data may be old, a moment's turn would be a wrong circle, and the swarm would swing by it.
+    pub fn foreseen(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+        let predicted = self.predicted(now, reckoning);
+        let turned = predicted.min(1);
+        let pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, turned as f64 * period_s);
+        if predicted == turned {
+            pose
+        } else {
+            pose.after(self.speed_m_s, 0.0, (predicted - turned) as f64 * period_s)
+        }
+    }
+
+    /// How many ticks ahead it is predicted.
+    fn predicted(&self, now: Tick, reckoning: DeadReckoning) -> i64 {
         let age = now.since(self.tick);
-        let predicted = match reckoning {
+        match reckoning {
             DeadReckoning::Off => 0,
             DeadReckoning::Tick => age.min(1),
             DeadReckoning::Full => age,
-        };
-        self.pose.after(self.speed_m_s, self.turn_rate_rad_s, predicted as f64 * period_s)
+        }
     }
 }
 
@@ -121,6 +141,17 @@ mod tests {
         assert!((x(DeadReckoning::Off) - 0.0).abs() < 1e-12);
         assert!((x(DeadReckoning::Tick) - 0.15).abs() < 1e-12);
         assert!((x(DeadReckoning::Full) - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_uav_is_foreseen_to_turn_for_a_tick_and_a_leader_all_the_time() {
+        let turning = Track { turn_rate_rad_s: 0.5, ..at(0) };
+        let heading = |pose: Pose| pose.heading_rad;
+        let full = DeadReckoning::Full;
+        assert!((heading(turning.reckoned(Tick(200), full, 0.01)) - 1.0).abs() < 1e-12);
+        assert!((heading(turning.foreseen(Tick(200), full, 0.01)) - 0.005).abs() < 1e-12);
+        assert_eq!(turning.foreseen(Tick(1), full, 0.01), turning.reckoned(Tick(1), full, 0.01));
+        assert_eq!(turning.foreseen(Tick(200), DeadReckoning::Off, 0.01), turning.pose);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Who is alive, as one UAV knows it from its ring neighbours' messages alone.
 //!
-//! Each UAV watches the nearest living before and after it. From one that is silent for half its patience it spreads the
+//! Each UAV watches the nearest living before and after it. From one that is silent for a quarter of its patience it spreads the
 //! suspicion; a suspect that lives hears of it, and refutes it with a higher incarnation. What is not refuted is lost, and
 //! the next one beyond is watched. Of two reports of a member the higher standing is the newer, whatever way and however
 //! late they came, so that all who hear each other agree in the end. After SWIM (Das, Gupta, Motivala 2002).
@@ -12,6 +12,10 @@ mod standing;
 use ringwing_messages::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
 use standing::Standing;
 
+/// The side before a UAV in the ring, and the one after it.
+const SIDES: [usize; 2] = [0, 1];
+/// A silence of this part of the patience makes suspect.
+const SUSPICION: i64 = 4;
 /// News go into so many messages before they take turns with older ones.
 const TELLINGS: u32 = 4;
 /// Patience never grows beyond so many loss timeouts.
@@ -27,8 +31,11 @@ pub struct Membership {
     own: UavId,
     timeout_ticks: i64,
     members: Vec<Member>,
-    /// The nearest living on each side, with the tick from which on it is watched.
-    watched: [Option<(UavId, Tick)>; 2],
+    /// Those whose silence counts, with the tick from which on it does: on each side the nearest living, and while it is
+    /// silent the next one beyond.
+    watched: Vec<(UavId, Tick)>,
+    /// The same of the tick before.
+    watched_before: Vec<(UavId, Tick)>,
     listened: Vec<UavId>,
     /// Grows with each change of who lives.
     revision: u64,
@@ -75,7 +82,8 @@ impl Membership {
             own,
             timeout_ticks,
             members: vec![member; count as usize],
-            watched: [None; 2],
+            watched: Vec::new(),
+            watched_before: Vec::new(),
             listened: Vec::new(),
             revision: 0,
             is_disturbed: false,
@@ -95,7 +103,7 @@ impl Membership {
         self.revision
     }
 
-    /// Whom to listen to: the nearest living on each side, the lost between, and the neighbours in the whole ring.
+    /// Whom to listen to: those watched, the lost between, for their return, and the neighbours in the whole ring.
     pub fn listened(&self) -> &[UavId] {
         &self.listened
     }
@@ -127,11 +135,12 @@ impl Membership {
 
     /// Judges the silence of the neighbours in tick `now`, after everything was heard.
     pub fn update(&mut self, now: Tick) {
-        let revision = self.revision;
-        for side in [0, 1] {
+        std::mem::swap(&mut self.watched, &mut self.watched_before);
+        self.watched.clear();
+        for side in SIDES {
             self.watch(side, now);
         }
-        if self.revision != revision || self.takes_turns() {
+        if self.watched != self.watched_before || self.takes_turns() {
             self.listen(now);
         }
     }
@@ -175,28 +184,33 @@ impl Membership {
         }
     }
 
+    /// Watches the living of one side, as far as the first that is not silent.
     fn watch(&mut self, side: usize, now: Tick) {
-        let nearest = self.around(side).find(|uav| self.lives(*uav));
-        let watch = match (nearest, self.watched[side]) {
-            (Some(nearest), Some((uav, _))) if uav == nearest => self.watched[side],
-            (nearest, _) => nearest.map(|uav| (uav, now)),
-        };
-        self.watched[side] = watch;
-        if let Some((uav, since)) = watch {
-            self.judge(uav, since, now);
+        for uav in self.around(side) {
+            if !self.lives(uav) {
+                continue;
+            }
+            let before = self.watched_before.iter().find(|(watched, _)| *watched == uav);
+            let since = before.map_or(now, |(_, since)| *since);
+            self.watched.push((uav, since));
+            if !self.is_silent(uav, since, now) {
+                break;
+            }
         }
     }
 
-    fn judge(&mut self, uav: UavId, since: Tick, now: Tick) {
+    /// Whether `uav` has been silent for so long that it is suspected, or lost.
+    fn is_silent(&mut self, uav: UavId, since: Tick, now: Tick) -> bool {
         let member = &mut self.members[uav.index()];
         let silence = now.since(member.sign.map_or(since, |sign| sign.max(since)));
-        if 2 * silence < member.patience_ticks {
-            return;
+        if SUSPICION * silence < member.patience_ticks {
+            return false;
         }
         member.is_doubted = true;
         let is_over = silence >= member.patience_ticks;
         let standing = if is_over { member.standing.lost() } else { member.standing.suspected() };
         self.believe(uav, standing, now);
+        true
     }
 
     /// All others, from the nearest before this UAV on, or from the nearest after it.
@@ -214,7 +228,7 @@ impl Membership {
     fn listen(&mut self, now: Tick) {
         let mut listened = std::mem::take(&mut self.listened);
         listened.clear();
-        for side in [0, 1] {
+        for side in SIDES {
             let turn = (now.0 / (TURN * self.timeout_ticks)).unsigned_abs() as usize;
             let nearest = self.around(side).position(|uav| self.lives(uav));
             let lost = nearest.unwrap_or(self.members.len() - 1);
@@ -225,6 +239,7 @@ impl Membership {
             listened
                 .extend(self.around(side).enumerate().filter(|(place, _)| heard(*place)).map(|(_, uav)| uav));
         }
+        listened.extend(self.watched.iter().map(|(uav, _)| *uav));
         listened.sort_unstable();
         listened.dedup();
         self.listened = listened;
@@ -261,7 +276,7 @@ impl Member {
         self.sign = Some(now);
         self.longest_ticks = self.longest_ticks.max(silence);
         if self.patience_ticks > timeout_ticks && now.since(self.patient_since) >= 2 * self.patience_ticks {
-            let is_too_much = 4 * self.longest_ticks < self.patience_ticks;
+            let is_too_much = 2 * SUSPICION * self.longest_ticks < self.patience_ticks;
             self.be_patient(if is_too_much { self.patience_ticks / 2 } else { self.patience_ticks }, now);
         }
     }

@@ -40,6 +40,7 @@ pub struct Pilot {
     trust_time_s: Option<f64>,
     /// How far from the slot G fades, if it does.
     gain_reach_m: Option<f64>,
+    is_force_limited: bool,
     period_s: f64,
     timeout_ticks: i64,
     own: Own,
@@ -74,6 +75,7 @@ impl Pilot {
             gain_reach_m: control
                 .gain_fades
                 .then_some(control.gain_reach_spacings * scenario.formation.spacing_m),
+            is_force_limited: control.force_limited,
             period_s: scenario.period_s(),
             timeout_ticks,
             own: Own::new(),
@@ -146,7 +148,8 @@ impl Pilot {
         let field = self.field(shape, heard, leader_pose, own, now);
         let forces = potential_forces(&field, &own.position);
         let repulsion = self.repulsion(senses, &own.position);
-        let force = speed_force(leader.speed_m_s, leader_pose.heading_rad) - forces.total() + repulsion;
+        let formation_force = self.limited(forces.total(), leader.speed_m_s);
+        let force = speed_force(leader.speed_m_s, leader_pose.heading_rad) - formation_force + repulsion;
         let wish = formation_control(&force, own.heading_rad, self.heading_gain_rad_per_m);
         let control = saturated_control(&wish, &self.limits);
         let terms = Terms {
@@ -183,7 +186,7 @@ impl Pilot {
         let gain = self.formation_gain * self.reach(&(own.position - slot));
         let bond = |place: usize| {
             let (track, (_, rest_m)) = (heard[place]?, shape.neighbours[place]?);
-            let point = track.reckoned(now, self.dead_reckoning, self.period_s).position;
+            let point = track.foreseen(now, self.dead_reckoning, self.period_s).position;
             Some(Bond { point, rest_m, gain: gain * self.trust(track, now) })
         };
         Field {
@@ -199,6 +202,12 @@ impl Pilot {
     fn reach(&self, slot_error_m: &Vector2<f64>) -> f64 {
         let faded = |reach_m: f64| libm::exp(-slot_error_m.norm_squared() / (reach_m * reach_m));
         self.gain_reach_m.map_or(1.0, faded)
+    }
+
+    /// The formation's force, where it is limited no larger than the leader's speed: then no force turns a UAV back that is
+    /// too far ahead; it flies slowly until the formation has come up, and in the end is there sooner.
+    fn limited(&self, force: Vector2<f64>, leader_speed_m_s: f64) -> Vector2<f64> {
+        if self.is_force_limited { force.cap_magnitude(leader_speed_m_s.abs()) } else { force }
     }
 
     /// How much of a neighbour's G is left at the age of `track`; the one tick that processes cost is no age.

@@ -142,3 +142,61 @@ fn explore_storm() {
         println!("timeout {timeout}: worst rms {worst:.3} over {over}");
     }
 }
+
+#[test]
+#[ignore = "explores"]
+fn explore_half() {
+    for first in 1..=12_u32 {
+        let dead: Vec<u32> = (0..6).map(|k| (first - 1 + k) % 12 + 1).collect();
+        let mut flight = Flight::at_rest(
+            scenario(
+                "resilient",
+                &[
+                    "uavs=12",
+                    &format!("gain_reach_spacings={}", std::env::var("REACH").unwrap_or("0.5".into())),
+                    &format!("slots_move_s={}", std::env::var("MOVE").unwrap_or("5".into())),
+                ],
+            ),
+            Weather::default(),
+        );
+        flight.fly(5.0, |_| ());
+        dead.iter().for_each(|number| flight.kill(*number));
+        let trace = first == 1 && std::env::var("TRACE").is_ok();
+        let mut flight2 = Flight::at_rest(
+            scenario(
+                "resilient",
+                &[
+                    "uavs=12",
+                    &format!("gain_reach_spacings={}", std::env::var("REACH").unwrap_or("0.5".into())),
+                    &format!("slots_move_s={}", std::env::var("MOVE").unwrap_or("5".into())),
+                ],
+            ),
+            Weather::default(),
+        );
+        if trace {
+            flight2.fly(5.0, |_| ());
+            dead.iter().for_each(|number| flight2.kill(*number));
+            for _ in 0..40 {
+                flight2.fly(1.0, |_| ());
+                let c = 15.0 * flight2.now.0 as f64 * 0.01;
+                let e: Vec<_> = flight2
+                    .living()
+                    .zip(flight2.slot_errors_m())
+                    .map(|(i, e)| {
+                        let p = flight2.airframes[i].pose;
+                        format!(
+                            "{}:{e:.1} ({:.0},{:.0},{:.1})",
+                            i + 1,
+                            p.position.x - c,
+                            p.position.y,
+                            p.heading_rad
+                        )
+                    })
+                    .collect();
+                println!("{} {}", flight2.now, e.join(" "));
+            }
+        }
+        let (whole, closest, all) = flight.whole_after(40.0, 0.05);
+        println!("{dead:?} whole {whole:.2} closest {closest:.1} all {all:.1}");
+    }
+}

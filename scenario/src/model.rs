@@ -84,6 +84,8 @@ pub struct Control {
     pub gain_fades: bool,
     /// How far G reaches, in L.
     pub gain_reach_spacings: f64,
+    /// The formation's force is no larger than the leader's speed: who is ahead of its slot waits, and never turns back.
+    pub force_limited: bool,
     /// The living close the ring after a loss, and open it on a return.
     pub ring_closes: bool,
     /// G of Eq. (3).
@@ -115,6 +117,8 @@ pub struct Switches {
     pub trust_fades: bool,
     /// See [`Control::gain_fades`].
     pub gain_fades: bool,
+    /// See [`Control::force_limited`].
+    pub force_limited: bool,
     /// See [`Control::ring_closes`].
     pub ring_closes: bool,
 }
@@ -316,7 +320,7 @@ impl Law {
     pub fn switches(self) -> Switches {
         let on = self == Self::Resilient;
         let dead_reckoning = if on { DeadReckoning::Full } else { DeadReckoning::Tick };
-        Switches { dead_reckoning, trust_fades: on, gain_fades: on, ring_closes: on }
+        Switches { dead_reckoning, trust_fades: on, gain_fades: on, force_limited: on, ring_closes: on }
     }
 }
 
@@ -393,7 +397,8 @@ impl Default for FormationSection {
 
 impl Default for Control {
     fn default() -> Self {
-        let Switches { dead_reckoning, trust_fades, gain_fades, ring_closes } = Law::Paper.switches();
+        let Switches { dead_reckoning, trust_fades, gain_fades, force_limited, ring_closes } =
+            Law::Paper.switches();
         Self {
             law: Law::Paper,
             dead_reckoning,
@@ -401,6 +406,7 @@ impl Default for Control {
             trust_time_s: 0.5,
             gain_fades,
             gain_reach_spacings: 0.5,
+            force_limited,
             ring_closes,
             formation_gain: 2.0,
             slot_gain: 1.0,

@@ -355,14 +355,17 @@ scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above
         let control = |text: &str, settings: &[&str]| read(text, settings).unwrap().control;
         let on = |control: &crate::Control| {
             let full = control.dead_reckoning == crate::DeadReckoning::Full;
-            [full, control.trust_fades, control.gain_fades, control.ring_closes]
+            [full, control.trust_fades, control.gain_fades, control.force_limited, control.ring_closes]
         };
-        assert_eq!(on(&control("", &[])), [false; 4]);
-        assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 4]);
+        assert_eq!(on(&control("", &[])), [false; 5]);
+        assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 5]);
         let three = control("control.law = 'resilient'\ncontrol.gain_fades = false", &[]);
-        assert_eq!((on(&three), three.law), ([true, true, false, true], Law::Resilient));
-        assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false]);
-        assert_eq!(on(&control("", &["law=resilient", "ring_closes=false"])), [true, true, true, false]);
+        assert_eq!((on(&three), three.law), ([true, true, false, true, true], Law::Resilient));
+        assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false]);
+        assert_eq!(
+            on(&control("", &["law=resilient", "ring_closes=false"])),
+            [true, true, true, true, false]
+        );
     }
 
     #[test]
