@@ -22,7 +22,6 @@ pub struct Shape {
 pub struct Slots {
     own: UavId,
     ring: LivingRing,
-    spacing_m: f64,
     /// Each UAV's slot, number 1 first.
     courses: Vec<Course>,
     began: Tick,
@@ -48,7 +47,6 @@ impl Slots {
         let mut slots = Self {
             own,
             ring,
-            spacing_m: formation.spacing_m(),
             courses,
             began: Tick::APPROACH,
             duration_ticks: (scenario.membership.slots_move_s * rate_hz).round() as i64,
@@ -118,8 +116,8 @@ impl Slots {
     }
 
     fn neighbour(&self, uav: UavId, own: &Slot, share: f64) -> (UavId, f64) {
-        if self.ring.is_whole() && share >= 1.0 {
-            return (uav, self.spacing_m);
+        if share >= 1.0 {
+            return (uav, self.ring.rest_m(self.own.0, uav.0));
         }
         (uav, (self.courses[uav.index()].slot(share).offset() - own.offset()).norm())
     }
@@ -146,7 +144,9 @@ mod tests {
     use proptest::prelude::*;
 
     fn slots(own: u32) -> Slots {
-        Slots::new(&Scenario::default(), UavId(own))
+        let mut scenario = Scenario::default();
+        scenario.control.ring_closes = true;
+        Slots::new(&scenario, UavId(own))
     }
 
     fn advanced(slots: &mut Slots, tick: i64) -> Shape {

@@ -7,8 +7,8 @@ use crate::{
     schema::{Timing, UavControl, UavState},
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_messages::{Command, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
-use ringwing_scenario::Scenario;
+use ringwing_messages::{Command, FlightMode, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
+use ringwing_scenario::{LivingRing, Scenario};
 use std::collections::BTreeMap;
 
 /// What was heard of one tick.
@@ -176,9 +176,13 @@ impl Assembly {
 }
 
 /// What frames are measured against: the ring that the swarm should be.
+///
+/// Where the ring closes after a loss, that is the ring of those who fly on command, from the first tick on in which they
+/// do: not the places on the way there, so that what a loss has broken shows until it is whole again.
 #[derive(Debug, Clone)]
 pub struct Ring {
     rate_hz: u32,
+    living: LivingRing,
     /// From the centre to each slot, UAV 1's first.
     slots: Vec<Vector2<f64>>,
 }
@@ -186,14 +190,27 @@ pub struct Ring {
 impl Ring {
     /// The ring of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
-        let formation = scenario.formation();
-        let slots = UavId::all(formation.count()).map(|uav| formation.slot(uav.0, Point2::origin()).coords);
-        Self { rate_hz: scenario.time.rate_hz, slots: slots.collect() }
+        let living = LivingRing::whole(scenario);
+        let slots = slots(&living, scenario.formation.uavs);
+        Self { rate_hz: scenario.time.rate_hz, living, slots }
+    }
+
+    /// Makes it the ring of those who fly on command in `samples`.
+    fn follow(&mut self, samples: &Samples) {
+        let is_commanded = |flown: &Flown| flown.mode == FlightMode::COMMANDED.name();
+        if self.living.reform(|number| samples.flown[number as usize - 1].as_ref().is_some_and(is_commanded))
+        {
+            self.slots = slots(&self.living, self.count());
+        }
     }
 
     fn count(&self) -> u32 {
         self.slots.len() as u32
     }
+}
+
+fn slots(living: &LivingRing, count: u32) -> Vec<Vector2<f64>> {
+    UavId::all(count).map(|uav| living.slot(uav.0).offset()).collect()
 }
 
 /// One tick as the log tells it.
@@ -224,7 +241,10 @@ pub struct UavFrame {
 
 impl Frame {
     /// Makes this the frame of `samples`, seen against `ring`.
-    pub fn refill(&mut self, samples: &Samples, ring: &Ring) {
+    pub fn refill(&mut self, samples: &Samples, ring: &mut Ring) {
+        if !samples.torn {
+            ring.follow(samples);
+        }
         self.tick = samples.tick;
         self.leader = samples.leader;
         self.timing = samples.timing.as_ref().map(Timing::from);
@@ -245,7 +265,8 @@ impl Frame {
 fn state_of(uav: UavId, samples: &Samples, ring: &Ring) -> Option<UavState> {
     let flown = samples.flown[uav.index()]?;
     let distance = |place: Point2<f64>| (place - flown.position).norm();
-    let neighbour = |other: UavId| samples.flown[other.index()].map(|other| distance(other.position));
+    let neighbour = |number: u32| samples.flown[UavId(number).index()].map(|other| distance(other.position));
+    let [previous, next] = ring.living.neighbours(uav.0);
     let centre = samples.leader.map(|leader| Point2::from(leader.position_m));
     let slot = centre.map(|centre| centre + ring.slots[uav.index()]);
     Some(UavState {
@@ -256,8 +277,8 @@ fn state_of(uav: UavId, samples: &Samples, ring: &Ring) -> Option<UavState> {
         heading_rad: flown.heading_rad,
         speed_m_s: flown.speed_m_s,
         turn_rate_rad_s: flown.turn_rate_rad_s,
-        previous_distance_m: neighbour(uav.previous(ring.count())),
-        next_distance_m: neighbour(uav.next(ring.count())),
+        previous_distance_m: previous.and_then(neighbour),
+        next_distance_m: next.and_then(neighbour),
         leader_distance_m: centre.map(distance),
         slot_x_m: slot.map(|slot| slot.x),
         slot_y_m: slot.map(|slot| slot.y),
@@ -327,7 +348,7 @@ mod tests {
         samples.flown[0] = Some((&sensed).into());
         samples.flown[3] = Some((&testing::sensed(0, 4, [east, -2.0])).into());
         let mut frame = Frame::default();
-        frame.refill(&samples, &Ring::new(&scenario));
+        frame.refill(&samples, &mut Ring::new(&scenario));
         let state = frame.uavs[0].state.clone().unwrap();
         assert_eq!((state.previous_distance_m, state.next_distance_m), (Some(6.0), None));
         assert!((state.slot_error_m.unwrap() - 5.0).abs() < 1e-12);
@@ -337,11 +358,35 @@ mod tests {
     }
 
     #[test]
+    fn where_the_ring_closes_those_on_command_are_measured_against_a_ring_of_their_own() {
+        let mut scenario = testing::ring_of(4, 10.0);
+        scenario.control.ring_closes = true;
+        let mut ring = LivingRing::whole(&scenario);
+        ring.reform(|number| number != 2);
+        let mut samples = Samples::new(4);
+        samples.leader = Some(testing::leader(0, [0.0, 0.0]));
+        for number in 1..=4 {
+            let mut sensed = testing::sensed(0, number, ring.slot(number).offset().into());
+            if number == 2 {
+                sensed.mode = FlightMode::LOITER;
+            }
+            samples.flown[number as usize - 1] = Some((&sensed).into());
+        }
+        let mut frame = Frame::default();
+        frame.refill(&samples, &mut Ring::new(&scenario));
+        for number in [1, 3, 4] {
+            let state = frame.uavs[number - 1].state.as_ref().unwrap();
+            assert!(state.slot_error_m.unwrap() < 1e-9, "{number}");
+            assert!((state.next_distance_m.unwrap() - 10.0).abs() < 1e-9, "{number}");
+        }
+    }
+
+    #[test]
     fn without_a_leader_there_is_no_slot() {
         let mut samples = Samples::new(3);
         samples.flown[1] = Some((&testing::sensed(0, 2, [1.0, 2.0])).into());
         let mut frame = Frame::default();
-        frame.refill(&samples, &Ring::new(&testing::ring_of(3, 10.0)));
+        frame.refill(&samples, &mut Ring::new(&testing::ring_of(3, 10.0)));
         let state = frame.uavs[1].state.as_ref().unwrap();
         assert_eq!((state.slot_x_m, state.slot_error_m, state.leader_distance_m), (None, None, None));
     }

@@ -19,7 +19,7 @@ pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
 use crate::{
     clock::Clock,
     faults::is_fault,
-    frame::{Frame, UavFrame},
+    frame::Frame,
     links::LinkTally,
     schema::{UavControl, UavState},
 };
@@ -30,7 +30,7 @@ use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
 use recovery::RecoveryWatch;
 use ringwing_messages::FlightMode;
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{LivingRing, Scenario};
 use settling::Settling;
 
 /// The swarm at one moment; what does not exist is absent.
@@ -44,7 +44,8 @@ pub struct Moment {
     pub slot_error_max_m: Option<f64>,
     /// The root of the mean of their squared slot errors.
     pub slot_error_rms_m: Option<f64>,
-    /// The largest `| |p_i - p_j| - L |` of ring neighbours that both fly on command.
+    /// The largest `| |p_i - p_j| - L |` of ring neighbours that both fly on command; where the ring closes after a loss,
+    /// of neighbours in the ring of those who do. So it is with all errors here.
     pub neighbour_error_max_m: Option<f64>,
     /// The largest `| |p_i - p_c| - R |`.
     pub radius_error_max_m: Option<f64>,
@@ -64,8 +65,8 @@ pub struct Moment {
 #[derive(Debug, Clone)]
 pub struct Metrics {
     clock: Clock,
-    spacing_m: f64,
-    radius_m: f64,
+    /// The ring of those who fly on command, where the ring closes; else the whole one.
+    ring: LivingRing,
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
@@ -102,11 +103,9 @@ struct Envelope {
 impl Metrics {
     /// Before anything has flown.
     pub fn new(scenario: &Scenario) -> Self {
-        let formation = scenario.formation();
         Self {
             clock: Clock::new(scenario.time.rate_hz),
-            spacing_m: formation.spacing_m(),
-            radius_m: formation.radius_m(),
+            ring: LivingRing::whole(scenario),
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::default(),
@@ -133,10 +132,13 @@ impl Metrics {
     /// Takes the next frame; frames come in order.
     pub fn observe(&mut self, frame: &Frame) {
         self.ticks += 1;
+        if !frame.torn {
+            self.ring.reform(|number| commanded(frame, number).is_some());
+        }
         self.sky.clear();
         self.sky.extend(in_the_sky(frame).map(|state| (state.uav, place(state))));
         self.moment = self.measure(frame);
-        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
+        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, &self.ring, self.moment.commanded);
         self.moment.lyapunov_rises = self.lyapunov.rises();
         self.settling.observe(frame.tick, self.moment.slot_error_max_m);
         self.recovery.observe(frame.tick, self.moment.slot_error_max_m);
@@ -166,22 +168,20 @@ impl Metrics {
     }
 
     fn measure(&self, frame: &Frame) -> Moment {
-        let commanded = |uav: &UavFrame| uav.state.as_ref().is_some_and(is_commanded);
         let in_formation =
             || frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(|uav| is_commanded(uav));
-        let neighbour_error = |(uav, next): (&UavFrame, &UavFrame)| {
-            let both = commanded(uav) && commanded(next);
-            let distance = uav.state.as_ref()?.next_distance_m.filter(|_| both)?;
-            Some((distance - self.spacing_m).abs())
+        let neighbour_error = |state: &UavState| {
+            let next = self.ring.neighbours(state.uav)[1].filter(|next| commanded(frame, *next).is_some())?;
+            Some((state.next_distance_m? - self.ring.rest_m(state.uav, next)).abs())
         };
-        let radius_error = |state: &UavState| Some((state.leader_distance_m? - self.radius_m).abs());
-        let neighbours = frame.uavs.iter().zip(frame.uavs.iter().cycle().skip(1));
+        let radius_error =
+            |state: &UavState| Some((state.leader_distance_m? - self.ring.slot(state.uav).radius_m).abs());
         Moment {
             tick: frame.tick,
             commanded: in_formation().count() as u32,
             slot_error_max_m: largest(in_formation().filter_map(|state| state.slot_error_m)),
             slot_error_rms_m: root_mean_square(in_formation().filter_map(|state| state.slot_error_m)),
-            neighbour_error_max_m: largest(neighbours.filter_map(neighbour_error)),
+            neighbour_error_max_m: largest(in_formation().filter_map(neighbour_error)),
             radius_error_max_m: largest(in_formation().filter_map(radius_error)),
             closest: Pairs::among(&self.sky, frame.uavs.len() as u32),
             clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
@@ -241,6 +241,11 @@ impl Envelope {
         self.speed_max_m_s = self.speed_max_m_s.max(state.speed_m_s);
         self.turn_rate_max_rad_s = self.turn_rate_max_rad_s.max(state.turn_rate_rad_s.abs());
     }
+}
+
+/// UAV `number`, if it flies on command.
+fn commanded(frame: &Frame, number: u32) -> Option<&UavState> {
+    frame.uavs.get(number as usize - 1)?.state.as_ref().filter(|state| is_commanded(state))
 }
 
 fn is_commanded(state: &UavState) -> bool {

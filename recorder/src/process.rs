@@ -120,7 +120,7 @@ impl Desk {
 
     fn write_before(&mut self, end: i64) -> Result<(), RecorderError> {
         while let Some(samples) = self.assembly.take_before(end) {
-            self.frame.refill(&samples, &self.ring);
+            self.frame.refill(&samples, &mut self.ring);
             self.assembly.recycle(samples);
             self.recording.observe(&self.frame)?;
         }

@@ -109,11 +109,11 @@ pub(crate) fn at_rest(scenario: &Scenario, tick: i64) -> Frame {
 
 fn frames(scenario: &Scenario, ticks: std::ops::Range<i64>, swing_m: f64) -> Vec<Frame> {
     let mut assembly = Assembly::new(scenario.formation.uavs, ticks.start);
-    let ring = Ring::new(scenario);
+    let mut ring = Ring::new(scenario);
     let frame = |tick| {
         hear(&mut assembly, scenario, tick, swing_m);
         let mut frame = Frame::default();
-        frame.refill(&assembly.take_before(tick + 1).unwrap(), &ring);
+        frame.refill(&assembly.take_before(tick + 1).unwrap(), &mut ring);
         frame
     };
     ticks.map(frame).collect()

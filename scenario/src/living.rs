@@ -33,6 +33,8 @@ impl Slot {
 pub struct LivingRing {
     formation: Formation,
     on_loss: OnLoss,
+    /// A law that takes no notice of losses has but one ring.
+    closes: bool,
     living: Vec<u32>,
     radius_m: f64,
     /// Bearing of the first of the living.
@@ -43,15 +45,24 @@ impl LivingRing {
     /// The ring of `scenario` while all live.
     pub fn whole(scenario: &Scenario) -> Self {
         let (formation, on_loss) = (scenario.formation(), scenario.membership.on_loss);
-        let mut ring = Self { formation, on_loss, living: Vec::new(), radius_m: 0.0, first_rad: 0.0 };
-        ring.reform(|_| true);
-        ring
+        let (living, closes) = ((1..=formation.count()).collect(), scenario.control.ring_closes);
+        Self { formation, on_loss, closes, living, radius_m: formation.radius_m(), first_rad: 0.0 }
     }
 
-    /// Makes it the ring of those whose numbers `lives` holds for.
-    pub fn reform(&mut self, lives: impl Fn(u32) -> bool) {
-        self.living.clear();
-        self.living.extend((1..=self.formation.count()).filter(|number| lives(*number)));
+    /// Makes it the ring of those whose numbers `lives` holds for; returns whether that is another one.
+    ///
+    /// Where the scenario's ring does not close it stays whole.
+    pub fn reform(&mut self, lives: impl Fn(u32) -> bool) -> bool {
+        let living = || (1..=self.formation.count()).filter(|number| lives(*number));
+        let changes = self.closes && !living().eq(self.living.iter().copied());
+        if changes {
+            self.living = living().collect();
+            self.spread();
+        }
+        changes
+    }
+
+    fn spread(&mut self) {
         if self.is_evenly_spread() {
             let formation = &self.formation;
             self.radius_m = match self.on_loss {
@@ -96,6 +107,14 @@ impl LivingRing {
         [at(place + count.saturating_sub(1)), at(after)].map(|one| one.filter(|one| *one != number))
     }
 
+    /// How far the slots of UAV `number` and of its living `neighbour` are apart: L, unless the living keep their slots.
+    pub fn rest_m(&self, number: u32, neighbour: u32) -> f64 {
+        if self.is_whole() {
+            return self.formation.spacing_m();
+        }
+        (self.slot(neighbour).offset() - self.slot(number).offset()).norm()
+    }
+
     /// Whether the living form a ring of their own.
     fn is_evenly_spread(&self) -> bool {
         !self.is_whole() && self.living.len() >= RING_MIN && self.on_loss != OnLoss::KeepSlots
@@ -126,6 +145,7 @@ mod tests {
     fn ring(uavs: u32, on_loss: OnLoss, lost: &[u32]) -> LivingRing {
         let mut scenario = Scenario::default();
         (scenario.formation.uavs, scenario.membership.on_loss) = (uavs, on_loss);
+        scenario.control.ring_closes = true;
         let mut ring = LivingRing::whole(&scenario);
         ring.reform(|number| !lost.contains(&number));
         ring
@@ -142,6 +162,13 @@ mod tests {
             let slot = formation.slot(number, nalgebra::Point2::origin());
             assert_eq!(ring(6, OnLoss::KeepSpacing, &[]).slot(number).offset(), slot.coords);
         }
+    }
+
+    #[test]
+    fn a_ring_that_does_not_close_stays_whole() {
+        let mut ring = LivingRing::whole(&Scenario::default());
+        assert!(!ring.reform(|number| number > 2) && ring.is_whole());
+        assert_eq!((ring.neighbours(3), ring.rest_m(3, 2)), ([Some(2), Some(4)], 40.0));
     }
 
     #[test]

@@ -4,37 +4,42 @@
 use nalgebra::Point2;
 use ringwing_agent::Pilot;
 use ringwing_messages::{
-    FlightMode, LeaderState, Sensed, SensedObstacle, Tick, UavId, UavState, payload::MAX_SENSED_OBSTACLES,
+    FlightMode, LeaderState, Sensed, SensedObstacle, Terms, Tick, UavId, UavState,
+    payload::MAX_SENSED_OBSTACLES,
 };
-use ringwing_scenario::{LivingRing, Pose, Scenario, Setting, Source, start};
+use ringwing_scenario::{LivingRing, Obstacle, Pose, Scenario, Setting, Source, StartState, start};
 
 /// What all links between neighbours do to messages.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Weather {
+pub(crate) struct Weather {
     /// Beyond the one tick that processes cost.
-    pub delay_ticks: i64,
+    pub(crate) delay_ticks: i64,
     /// At most so much more, by chance: messages overtake each other.
-    pub jitter_ticks: i64,
+    pub(crate) jitter_ticks: i64,
     /// Of 100 messages so many are lost.
-    pub loss: u64,
+    pub(crate) loss: u64,
     /// Of 100 messages so many come twice.
-    pub duplicates: u64,
+    pub(crate) duplicates: u64,
     /// Mean length of outages, and of the times between them; none when 0.
-    pub outage_ticks: u64,
-    pub between_ticks: u64,
+    pub(crate) outage_ticks: u64,
+    pub(crate) between_ticks: u64,
 }
 
 /// A swarm in flight.
-pub struct Flight {
-    pub scenario: Scenario,
-    pub weather: Weather,
-    pub now: Tick,
+pub(crate) struct Flight {
+    pub(crate) scenario: Scenario,
+    pub(crate) weather: Weather,
+    pub(crate) now: Tick,
     /// Those whose agent runs.
-    pub pilots: Vec<Option<Pilot>>,
-    pub airframes: Vec<Airframe>,
+    pub(crate) pilots: Vec<Option<Pilot>>,
+    pub(crate) airframes: Vec<Airframe>,
+    /// Own senses come so much later.
+    pub(crate) senses_late_ticks: usize,
     /// The leader says nothing.
-    pub is_leader_silent: bool,
+    pub(crate) is_leader_silent: bool,
     leader: Vec<LeaderState>,
+    sensed: Vec<Vec<Sensed>>,
+    terms: Vec<Terms>,
     /// Arrival, receiver, message.
     under_way: Vec<(Tick, usize, UavState)>,
     /// Whether the link from one to another is out.
@@ -44,15 +49,15 @@ pub struct Flight {
 
 /// One UAV's body: Eq. (1), and the failsafe of an agent that is silent.
 #[derive(Debug, Clone)]
-pub struct Airframe {
-    pub pose: Pose,
-    pub speed_m_s: f64,
-    pub turn_rate_rad_s: f64,
+pub(crate) struct Airframe {
+    pub(crate) pose: Pose,
+    pub(crate) speed_m_s: f64,
+    pub(crate) turn_rate_rad_s: f64,
     commanded: Tick,
 }
 
 /// `control.law=resilient` and `settings`, on the paper's first scenario.
-pub fn scenario(law: &str, settings: &[&str]) -> Scenario {
+pub(crate) fn scenario(law: &str, settings: &[&str]) -> Scenario {
     let texts = [format!("control.law={law}")].into_iter().chain(settings.iter().map(ToString::to_string));
     let settings: Vec<_> = texts.map(|text| Setting::parse(&text).unwrap()).collect();
     let mut scenario = Scenario::read(&Source::find("paper-4.1").unwrap(), &settings).unwrap();
@@ -62,9 +67,9 @@ pub fn scenario(law: &str, settings: &[&str]) -> Scenario {
 
 impl Flight {
     /// From drawn starts.
-    pub fn new(scenario: Scenario, weather: Weather) -> Self {
+    pub(crate) fn new(scenario: Scenario, weather: Weather) -> Self {
         let starts = start::places(&scenario).unwrap();
-        let airframe = |start: &ringwing_scenario::StartState| {
+        let airframe = |start: &StartState| {
             let pose =
                 Pose { position: start.position_m.into(), heading_rad: start.heading_deg.to_radians() };
             let pose = pose.after(start.speed_m_s, 0.0, -scenario.period_s());
@@ -76,8 +81,11 @@ impl Flight {
             now: Tick::APPROACH,
             pilots: UavId::all(count).map(|uav| Some(Pilot::new(&scenario, uav))).collect(),
             airframes: starts.iter().map(airframe).collect(),
+            senses_late_ticks: 0,
             is_leader_silent: false,
             leader: Vec::new(),
+            sensed: vec![Vec::new(); count as usize],
+            terms: vec![Terms::NONE; count as usize],
             under_way: Vec::new(),
             out: vec![vec![false; count as usize]; count as usize],
             chance: scenario.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
@@ -86,9 +94,9 @@ impl Flight {
     }
 
     /// From the formation at rest.
-    pub fn at_rest(mut scenario: Scenario, weather: Weather) -> Self {
+    pub(crate) fn at_rest(mut scenario: Scenario, weather: Weather) -> Self {
         let (formation, centre) = (scenario.formation(), Point2::from(scenario.leader.start_m));
-        let state = |number| ringwing_scenario::StartState {
+        let state = |number| StartState {
             position_m: formation.slot(number, centre).into(),
             heading_deg: 0.0,
             speed_m_s: scenario.leader.speed_m_s,
@@ -97,21 +105,24 @@ impl Flight {
         Self::new(scenario, weather)
     }
 
-    pub fn kill(&mut self, number: u32) {
+    pub(crate) fn kill(&mut self, number: u32) {
         self.pilots[number as usize - 1] = None;
     }
 
-    pub fn restart(&mut self, number: u32) {
+    pub(crate) fn restart(&mut self, number: u32) {
         self.pilots[number as usize - 1] = Some(Pilot::new(&self.scenario, UavId(number)));
     }
 
-    pub fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         let leader = self.leader_at(self.now);
         self.deliver();
         for index in 0..self.pilots.len() {
             let senses = self.senses(index);
+            self.sensed[index].push(senses);
             let Some(pilot) = &mut self.pilots[index] else { continue };
-            pilot.sense(&senses);
+            if let Some(senses) = self.sensed[index].iter().rev().nth(self.senses_late_ticks) {
+                pilot.sense(senses);
+            }
             if let (Some(state), false) = (self.leader.last(), self.is_leader_silent) {
                 pilot.hear_leader(state);
             }
@@ -120,6 +131,7 @@ impl Flight {
                 airframe.speed_m_s = decision.command.speed_m_s;
                 airframe.turn_rate_rad_s = decision.command.turn_rate_rad_s;
                 airframe.commanded = self.now;
+                self.terms[index] = decision.command.terms;
                 self.send(index, decision.state);
             }
         }
@@ -185,7 +197,7 @@ impl Flight {
         let airframe = &self.airframes[index];
         let mut obstacles = [SensedObstacle::default(); MAX_SENSED_OBSTACLES];
         for (place, obstacle) in obstacles.iter_mut().zip(&self.scenario.obstacles) {
-            let ringwing_scenario::Obstacle { position_m, radius_m, braking_distance_m, .. } = *obstacle;
+            let Obstacle { position_m, radius_m, braking_distance_m, .. } = *obstacle;
             *place = SensedObstacle { position_m, radius_m, braking_distance_m };
         }
         Sensed {
@@ -215,7 +227,7 @@ impl Flight {
     }
 
     /// Flies for `duration_s`, showing each moment on the way to `see`.
-    pub fn fly(&mut self, duration_s: f64, mut see: impl FnMut(&Self)) {
+    pub(crate) fn fly(&mut self, duration_s: f64, mut see: impl FnMut(&Self)) {
         for _ in 0..(duration_s / self.scenario.period_s()).round() as i64 {
             self.step();
             see(self);
@@ -223,11 +235,9 @@ impl Flight {
     }
 
     /// Each living UAV's distance from its slot in the ring of those who live in truth.
-    pub fn slot_errors_m(&self) -> Vec<f64> {
+    pub(crate) fn slot_errors_m(&self) -> Vec<f64> {
         let mut ring = LivingRing::whole(&self.scenario);
-        if self.scenario.control.ring_closes {
-            ring.reform(|number| self.pilots[number as usize - 1].is_some());
-        }
+        ring.reform(|number| self.pilots[number as usize - 1].is_some());
         let centre = Point2::from(self.leader_at(self.now).position_m);
         let error = |index: usize| {
             let slot = centre + ring.slot(index as u32 + 1).offset();
@@ -236,16 +246,16 @@ impl Flight {
         self.living().map(error).collect()
     }
 
-    pub fn slot_error_max_m(&self) -> f64 {
+    pub(crate) fn slot_error_max_m(&self) -> f64 {
         self.slot_errors_m().into_iter().fold(0.0, f64::max)
     }
 
-    pub fn living(&self) -> impl Iterator<Item = usize> + Clone {
+    pub(crate) fn living(&self) -> impl Iterator<Item = usize> + Clone {
         (0..self.pilots.len()).filter(|index| self.pilots[*index].is_some())
     }
 
     /// How far the two are apart that are closest, of those that live, or of all.
-    pub fn closest_m(&self, living_only: bool) -> f64 {
+    pub(crate) fn closest_m(&self, living_only: bool) -> f64 {
         let counts = |index: &usize| !living_only || self.pilots[*index].is_some();
         let places: Vec<_> =
             (0..self.pilots.len()).filter(counts).map(|index| self.airframes[index].pose.position).collect();
@@ -256,17 +266,69 @@ impl Flight {
         pairs.map(|apart| apart.norm()).fold(f64::INFINITY, f64::min)
     }
 
-    /// From `since` on: when all errors are below `bound_m` for good.
-    pub fn whole_after(&mut self, duration_s: f64, bound_m: f64) -> (f64, f64, f64) {
-        let (began, mut whole, mut closest, mut closest_of_all) =
-            (self.now, self.now, f64::INFINITY, f64::INFINITY);
+    /// Flies for `duration_s`, and tells when all errors were below `bound_m` for good.
+    pub(crate) fn recovery(&mut self, duration_s: f64, bound_m: f64) -> Recovery {
+        let (began, mut broken) = (self.now, self.now);
+        let mut recovery =
+            Recovery { whole_s: 0.0, closest_m: f64::INFINITY, closest_of_all_m: f64::INFINITY };
         self.fly(duration_s, |flight| {
             if flight.slot_error_max_m() >= bound_m {
-                whole = flight.now;
+                broken = flight.now;
             }
-            closest = flight.closest_m(true).min(closest);
-            closest_of_all = flight.closest_m(false).min(closest_of_all);
+            recovery.closest_m = recovery.closest_m.min(flight.closest_m(true));
+            recovery.closest_of_all_m = recovery.closest_of_all_m.min(flight.closest_m(false));
         });
-        (whole.since(began) as f64 * self.scenario.period_s(), closest, closest_of_all)
+        recovery.whole_s = broken.since(began) as f64 * self.scenario.period_s();
+        recovery
     }
+
+    /// The root of the mean of the squared slot errors.
+    pub(crate) fn slot_error_rms_m(&self) -> f64 {
+        let errors = self.slot_errors_m();
+        (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
+    }
+
+    /// How far the nearest of the living is from an obstacle's edge.
+    pub(crate) fn clearance_m(&self) -> f64 {
+        let to_edge = |obstacle: &Obstacle, index: usize| {
+            (self.airframes[index].pose.position - Point2::from(obstacle.position_m)).norm()
+                - obstacle.radius_m
+        };
+        let all = self
+            .scenario
+            .obstacles
+            .iter()
+            .flat_map(|one| self.living().map(move |index| to_edge(one, index)));
+        all.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether each of the living holds just the living for living.
+    pub(crate) fn all_agree_with_the_truth(&self) -> bool {
+        let number = self.living().count() as u32;
+        let said: Vec<_> = self
+            .living()
+            .map(|index| (self.terms[index].living, self.terms[index].lost_fingerprint))
+            .collect();
+        said.iter().all(|one| one.0 == number && *one == said[0])
+    }
+
+    /// Whether all of the living say that they hear no leader.
+    pub(crate) fn says_that_the_leader_is_silent(&self) -> bool {
+        self.living().all(|index| self.terms[index].leader_silent == 1)
+    }
+}
+
+/// How a swarm came to be whole again.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Recovery {
+    pub(crate) whole_s: f64,
+    /// The closest two of the living.
+    pub(crate) closest_m: f64,
+    /// The closest two of all that fly, those that loiter without an agent among them.
+    pub(crate) closest_of_all_m: f64,
+}
+
+/// The two of the paper's Section 4.2.
+pub(crate) fn obstacles_of_the_paper() -> Vec<Obstacle> {
+    Scenario::read(&Source::find("paper-4.2").unwrap(), &[]).unwrap().obstacles
 }

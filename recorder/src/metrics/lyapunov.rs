@@ -3,9 +3,9 @@
 //! Written out again, and not taken from the agents' law: the recorder judges what they flew, and knows no agent. A pair
 //! counts where both fly on command; half of it at each of the two.
 
-use super::is_commanded;
+use super::{commanded, is_commanded};
 use crate::{frame::Frame, schema::UavState};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Law, LivingRing, Scenario};
 
 /// Rounding may lift V by this share of it.
 const ROUNDING: f64 = 1e-9;
@@ -15,10 +15,10 @@ const ROUNDING: f64 = 1e-9;
 pub(super) struct LyapunovWatch {
     formation_gain: f64,
     slot_gain: f64,
-    spacing_m: f64,
-    radius_m: f64,
     leader_speed_m_s: f64,
     leader_heading_rad: f64,
+    /// The law is the one that the theorem is about.
+    is_papers: bool,
     rises: u64,
     last: Option<Last>,
 }
@@ -35,29 +35,27 @@ struct Last {
 
 impl LyapunovWatch {
     pub(super) fn new(scenario: &Scenario) -> Self {
-        let formation = scenario.formation();
         Self {
             formation_gain: scenario.control.formation_gain,
             slot_gain: scenario.control.slot_gain,
-            spacing_m: formation.spacing_m(),
-            radius_m: formation.radius_m(),
             leader_speed_m_s: scenario.leader.speed_m_s,
             leader_heading_rad: scenario.leader.heading_deg.to_radians(),
+            is_papers: scenario.control.law == Law::Paper,
             rises: 0,
             last: None,
         }
     }
 
     /// V in `frame`, in which so many are `commanded`.
-    pub(super) fn observe(&mut self, frame: &Frame, commanded: u32) -> Option<f64> {
-        let value = self.candidate(frame).filter(|value| value.is_finite());
+    pub(super) fn observe(&mut self, frame: &Frame, ring: &LivingRing, commanded: u32) -> Option<f64> {
+        let value = self.candidate(frame, ring).filter(|value| value.is_finite());
         let before = self.last.take();
         if let (Some(value_m2), Some(before)) = (value, before) {
             let follows = before.tick + 1 == frame.tick && before.commanded == commanded;
             let rose = value_m2 > before.value_m2 + ROUNDING * (1.0 + before.value_m2);
             self.rises += u64::from(follows && before.proven && rose);
         }
-        let proven = is_proven(frame);
+        let proven = self.is_papers && is_proven(frame);
         self.last = value.map(|value_m2| Last { tick: frame.tick, value_m2, commanded, proven });
         value
     }
@@ -68,27 +66,32 @@ impl LyapunovWatch {
     }
 
     /// None where nobody flies on command, or a distance is not known.
-    fn candidate(&self, frame: &Frame) -> Option<f64> {
-        let count = frame.uavs.len();
-        let commanded =
-            |index: usize| frame.uavs[index % count].state.as_ref().filter(|state| is_commanded(state));
+    fn candidate(&self, frame: &Frame, ring: &LivingRing) -> Option<f64> {
         let mut sum = None;
-        for index in 0..count {
-            let Some(state) = commanded(index) else { continue };
-            let previous = commanded(index + count - 1).and(state.previous_distance_m);
-            let next = commanded(index + 1).and(state.next_distance_m);
-            *sum.get_or_insert(0.0) += self.share_of(state, [previous, next])?;
+        for number in 1..=frame.uavs.len() as u32 {
+            let Some(state) = commanded(frame, number) else { continue };
+            let [previous, next] =
+                ring.neighbours(number).map(|other| other.filter(|other| commanded(frame, *other).is_some()));
+            let neighbours = [(previous, state.previous_distance_m), (next, state.next_distance_m)];
+            let stretch = |(other, distance_m): (Option<u32>, Option<f64>)| {
+                Some(self.stretch(distance_m?, ring.rest_m(number, other?)))
+            };
+            let pairs: f64 = neighbours.into_iter().filter_map(stretch).sum();
+            *sum.get_or_insert(0.0) += 0.25 * pairs + self.share_of(state, ring.slot(number).radius_m)?;
         }
         sum
     }
 
-    fn share_of(&self, state: &UavState, neighbours: [Option<f64>; 2]) -> Option<f64> {
-        let stretch = |distance_m: f64, rest_m: f64| self.formation_gain * (distance_m - rest_m).powi(2);
-        let pairs: f64 = neighbours.iter().flatten().map(|distance| stretch(*distance, self.spacing_m)).sum();
-        let centre = stretch(state.leader_distance_m?, self.radius_m);
+    fn stretch(&self, distance_m: f64, rest_m: f64) -> f64 {
+        self.formation_gain * (distance_m - rest_m).powi(2)
+    }
+
+    /// What one UAV adds by its own place and heading.
+    fn share_of(&self, state: &UavState, radius_m: f64) -> Option<f64> {
+        let centre = self.stretch(state.leader_distance_m?, radius_m);
         let slot = self.slot_gain * state.slot_error_m?.powi(2);
         let heading = self.leader_speed_m_s * (1.0 - libm::cos(state.heading_rad - self.leader_heading_rad));
-        Some(0.25 * pairs + 0.5 * centre + 0.5 * slot + heading)
+        Some(0.5 * centre + 0.5 * slot + heading)
     }
 }
 
@@ -116,32 +119,32 @@ mod tests {
     #[test]
     fn the_formation_has_the_least_and_each_term_its_weight() {
         let scenario = ring_of(4, 10.0);
-        let mut watch = LyapunovWatch::new(&scenario);
-        assert!(watch.observe(&at_rest(&scenario, 0), 4).unwrap() < 1e-20);
-        assert!((watch.observe(&displaced(&scenario, 1, 3.0), 4).unwrap() - 4.5).abs() < 1e-9);
+        let (mut watch, ring) = (LyapunovWatch::new(&scenario), LivingRing::whole(&scenario));
+        assert!(watch.observe(&at_rest(&scenario, 0), &ring, 4).unwrap() < 1e-20);
+        assert!((watch.observe(&displaced(&scenario, 1, 3.0), &ring, 4).unwrap() - 4.5).abs() < 1e-9);
         let mut frame = at_rest(&scenario, 2);
         let state = frame.uavs[0].state.as_mut().unwrap();
         (state.next_distance_m, state.heading_rad) = (Some(12.0), std::f64::consts::PI);
         // A quarter of G (2 m)^2, and twice the leader's speed.
-        assert!((watch.observe(&frame, 4).unwrap() - (0.25 * 2.0 * 4.0 + 30.0)).abs() < 1e-9);
+        assert!((watch.observe(&frame, &ring, 4).unwrap() - (0.25 * 2.0 * 4.0 + 30.0)).abs() < 1e-9);
     }
 
     #[test]
     fn a_rise_counts_where_nothing_excuses_it() {
         let scenario = ring_of(3, 40.0);
-        let mut watch = LyapunovWatch::new(&scenario);
+        let (mut watch, ring) = (LyapunovWatch::new(&scenario), LivingRing::whole(&scenario));
         let mut excused = displaced(&scenario, 1, 2.0);
         excused.uavs[1].control.as_mut().unwrap().speed_saturated = true;
         let frames = [displaced(&scenario, 0, 1.0), excused, displaced(&scenario, 2, 3.0)];
         let rises: Vec<_> = frames
             .iter()
             .map(|frame| {
-                watch.observe(frame, 3);
+                watch.observe(frame, &ring, 3);
                 watch.rises()
             })
             .collect();
         assert_eq!(rises, [0, 1, 1]);
-        watch.observe(&displaced(&scenario, 4, 9.0), 3);
+        watch.observe(&displaced(&scenario, 4, 9.0), &ring, 3);
         assert_eq!(watch.rises(), 1, "a tick is missing");
     }
 
@@ -150,6 +153,7 @@ mod tests {
         let scenario = ring_of(3, 40.0);
         let mut frame = at_rest(&scenario, 0);
         frame.uavs.iter_mut().for_each(|uav| uav.state = None);
-        assert_eq!(LyapunovWatch::new(&scenario).observe(&frame, 0), None);
+        let ring = LivingRing::whole(&scenario);
+        assert_eq!(LyapunovWatch::new(&scenario).observe(&frame, &ring, 0), None);
     }
 }
