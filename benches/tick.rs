@@ -24,12 +24,13 @@ fn informed_pilot(scenario: &Scenario) -> (Pilot, Sensed) {
         pilot.sense(&sky.senses(uav).expect("it flies"));
     }
     let states: Vec<_> =
-        pilots.iter().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
+        pilots.iter_mut().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
     let mut pilot = pilots.swap_remove(0);
-    pilot.hear_previous(&states[5]);
-    pilot.hear_next(&states[1]);
     pilot.hear_leader(&path.at(sky.now()));
     sky.step();
+    for neighbour in [&states[5], &states[1]] {
+        pilot.hear(neighbour, sky.now());
+    }
     (pilot, sky.senses(UavId(1)).expect("it flies"))
 }
 

@@ -22,12 +22,14 @@ pub struct Own {
     commands: VecDeque<(Tick, Control)>,
 }
 
-impl Own {
+impl Default for Own {
     /// Before anything was sensed.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self { senses: None, is_news: false, heard: Tick::APPROACH, commands: VecDeque::with_capacity(KEPT) }
     }
+}
 
+impl Own {
     /// Takes in what came, in whatever order.
     pub fn sense(&mut self, senses: &Sensed) {
         if self.senses.is_none_or(|held| held.tick < senses.tick) {
@@ -97,7 +99,7 @@ mod tests {
 
     #[test]
     fn late_senses_do_until_nothing_new_has_come_for_too_long() {
-        let mut own = Own::new();
+        let mut own = Own::default();
         assert_eq!(own.senses(Tick(0), 10), None);
         own.sense(&senses(3));
         own.sense(&senses(2));
@@ -110,7 +112,7 @@ mod tests {
 
     #[test]
     fn senses_of_a_moment_to_come_wait() {
-        let mut own = Own::new();
+        let mut own = Own::default();
         own.sense(&senses(5));
         assert_eq!(own.senses(Tick(4), 10), None);
         assert!(own.senses(Tick(5), 10).is_some());
@@ -118,7 +120,7 @@ mod tests {
 
     #[test]
     fn what_was_commanded_since_tells_where_the_uav_is() {
-        let mut own = Own::new();
+        let mut own = Own::default();
         let commands = [(20.0, 0.1), (18.0, -0.2), (16.0, 0.4)];
         let mut truth = Pose { position: [3.0, 0.0].into(), heading_rad: 0.0 };
         for (tick, (speed_m_s, turn_rate_rad_s)) in (3..).zip(commands) {

@@ -78,7 +78,7 @@ impl Pilot {
             is_force_limited: control.force_limited,
             period_s: scenario.period_s(),
             timeout_ticks,
-            own: Own::new(),
+            own: Own::default(),
             neighbours: Neighbours::new(scenario, uav, timeout_ticks),
             lead: Lead::default(),
             slots: Slots::new(scenario, uav),

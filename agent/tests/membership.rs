@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use ringwing_agent::membership::Membership;
 use ringwing_messages::{Tick, UavId, UavState};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 const TIMEOUT_TICKS: i64 = 10;
 /// As long as patience may have to grow, once for each of several that were lost side by side.
@@ -18,7 +18,7 @@ struct Link {
     delay_ticks: i64,
     jitter_ticks: i64,
     /// Of 100 messages, so many are lost.
-    loss: u64,
+    loss: i64,
 }
 
 const PERFECT: Link = Link { delay_ticks: 1, jitter_ticks: 0, loss: 0 };
@@ -28,8 +28,8 @@ struct Swarm {
     now: Tick,
     members: Vec<Option<Membership>>,
     links: Vec<Vec<Link>>,
-    /// Arrival, receiver, message.
-    under_way: Vec<(Tick, usize, UavState)>,
+    /// Receiver and message, by when they arrive.
+    under_way: BTreeMap<Tick, Vec<(usize, UavState)>>,
     chance: u64,
 }
 
@@ -39,7 +39,7 @@ impl Swarm {
             now: Tick::APPROACH,
             members: (0..count).map(|index| Some(Self::member(index, count))).collect(),
             links: vec![vec![PERFECT; count]; count],
-            under_way: Vec::new(),
+            under_way: BTreeMap::new(),
             chance: seed | 1,
         }
     }
@@ -49,18 +49,16 @@ impl Swarm {
     }
 
     /// Xorshift: good enough for who loses what.
-    fn draw(&mut self, below: u64) -> u64 {
+    fn draw(&mut self, below: i64) -> i64 {
         self.chance ^= self.chance << 13;
         self.chance ^= self.chance >> 7;
         self.chance ^= self.chance << 17;
-        (self.chance >> 11) % below
+        (self.chance >> 11).cast_signed() % below
     }
 
     fn step(&mut self) {
         let now = self.now;
-        let (arrived, under_way) =
-            std::mem::take(&mut self.under_way).into_iter().partition(|(at, ..)| *at <= now);
-        self.under_way = under_way;
+        let arrived = self.under_way.remove(&now).unwrap_or_default();
         self.deliver(arrived);
         for index in 0..self.members.len() {
             if let Some(member) = &mut self.members[index] {
@@ -72,10 +70,9 @@ impl Swarm {
         self.now = now.next();
     }
 
-    fn deliver(&mut self, arrived: Vec<(Tick, usize, UavState)>) {
-        for (_, receiver, state) in arrived {
-            let member = self.members[receiver].as_mut();
-            if let Some(member) = member.filter(|member| member.listened().contains(&state.uav)) {
+    fn deliver(&mut self, arrived: Vec<(usize, UavState)>) {
+        for (receiver, state) in arrived {
+            if let Some(member) = &mut self.members[receiver] {
                 member.hear(&state, self.now);
             }
         }
@@ -84,9 +81,11 @@ impl Swarm {
     fn send(&mut self, from: usize, state: &UavState) {
         for to in (0..self.members.len()).filter(|to| *to != from) {
             let Link { delay_ticks, jitter_ticks, loss } = self.links[from][to];
-            let (lost, late) = (self.draw(100) < loss, self.draw(jitter_ticks as u64 + 1) as i64);
-            if !lost {
-                self.under_way.push((Tick(self.now.0 + delay_ticks + late), to, *state));
+            let (lost, late) = (self.draw(100) < loss, self.draw(jitter_ticks + 1));
+            let listens =
+                self.members[to].as_ref().is_some_and(|member| member.listened().contains(&state.uav));
+            if listens && !lost {
+                self.under_way.entry(Tick(self.now.0 + delay_ticks + late)).or_default().push((to, *state));
             }
         }
     }
@@ -119,7 +118,7 @@ impl Swarm {
     }
 
     fn view(&self, index: usize) -> BTreeSet<usize> {
-        let member = self.members[index].as_ref().unwrap();
+        let member = self.members[index].as_ref().expect("one that lives");
         (0..self.members.len()).filter(|other| member.lives(UavId(*other as u32 + 1))).collect()
     }
 
@@ -199,7 +198,7 @@ fn link() -> impl Strategy<Value = Link> {
     prop_oneof![
         Just(PERFECT),
         Just(Link { loss: 100, ..PERFECT }),
-        (1_i64..40, 0_i64..20, 0_u64..60).prop_map(|(delay_ticks, jitter_ticks, loss)| Link {
+        (1_i64..40, 0_i64..20, 0_i64..60).prop_map(|(delay_ticks, jitter_ticks, loss)| Link {
             delay_ticks,
             jitter_ticks,
             loss
@@ -261,9 +260,9 @@ proptest! {
         (0..count).filter(|index| dead >> index & 1 == 1).for_each(|index| swarm.kill(index));
         let truth = swarm.truth();
         prop_assume!(!truth.is_empty());
-        let widest = widest_gap(&truth, count);
+        let widest = widest_gap(&truth, count).cast_signed() as i64;
         let ticks = swarm.ticks_to_agree().unwrap();
-        let bound = (TIMEOUT_TICKS + 4) * (widest as i64 + 1) / 2 + TIMEOUT_TICKS + count as i64 + 4;
+        let bound = (TIMEOUT_TICKS + 4) * (widest + 1) / 2 + TIMEOUT_TICKS + count.cast_signed() as i64 + 4;
         prop_assert!(ticks <= bound, "{ticks} ticks for {widest} of {count} side by side");
     }
 
@@ -275,17 +274,17 @@ proptest! {
         let one: BTreeSet<usize> = (0..length % count).map(|place| (first + place) % count).collect();
         let other: BTreeSet<usize> = (0..count).filter(|index| !one.contains(index)).collect();
         swarm.set_links(Link { loss: 100, ..PERFECT }, |a, b| one.contains(&a) != one.contains(&b));
-        swarm.run((count as i64 + 2) * (TIMEOUT_TICKS + 4));
+        swarm.run((count.cast_signed() as i64 + 2) * (TIMEOUT_TICKS + 4));
         prop_assert!(swarm.agrees(&one) && swarm.agrees(&other), "{:?}", swarm.view(0));
         swarm.set_links(PERFECT, |_, _| true);
         let ticks = swarm.ticks_to_agree();
-        prop_assert!(ticks.is_some_and(|ticks| ticks <= 3 * count as i64 + 4), "{ticks:?}");
+        prop_assert!(ticks.is_some_and(|ticks| ticks <= 3 * count.cast_signed() as i64 + 4), "{ticks:?}");
         swarm.assert_agrees_for_good();
     }
 }
 
 fn widest_gap(living: &BTreeSet<usize>, count: usize) -> usize {
-    let first = *living.first().unwrap();
+    let first = *living.first().expect("somebody lives");
     let places: Vec<_> = living.iter().copied().chain([first + count]).collect();
-    places.windows(2).map(|pair| pair[1] - pair[0] - 1).max().unwrap()
+    places.windows(2).map(|pair| pair[1] - pair[0] - 1).max().unwrap_or(0)
 }

@@ -20,7 +20,7 @@ fn at_rest(uavs: u32, settings: &[&str]) -> Flight {
 /// What becomes of a swarm at rest that loses `dead` at once.
 fn recovery(uavs: u32, dead: &[u32]) -> (Flight, Recovery) {
     let mut flight = at_rest(uavs, &[]);
-    dead.iter().for_each(|number| flight.kill(*number));
+    flight.kill(dead);
     assert!(flight.slot_error_max_m() > 1.0, "the gap shows");
     let recovery = flight.recovery(30.0, WHOLE_M);
     assert!(flight.all_agree_with_the_truth());
@@ -69,14 +69,14 @@ fn any_half_of_twelve_side_by_side_may_die() {
 
 #[test]
 fn those_that_return_find_their_slots_open() {
-    for (uavs, dead) in
-        [(6, vec![2]), (6, vec![4]), (6, vec![6]), (6, vec![2, 3]), (6, vec![1, 2, 3]), (8, vec![1, 4, 6])]
-    {
-        let (mut flight, dead) = (at_rest(uavs, &[]), dead);
-        dead.iter().for_each(|number| flight.kill(*number));
+    let losses: [(u32, &[u32]); 6] =
+        [(6, &[2]), (6, &[4]), (6, &[6]), (6, &[2, 3]), (6, &[1, 2, 3]), (8, &[1, 4, 6])];
+    for (uavs, dead) in losses {
+        let mut flight = at_rest(uavs, &[]);
+        flight.kill(dead);
         flight.fly(4.0, |_| ());
         assert!(flight.slot_error_max_m() > 1.0, "the gap shows");
-        dead.iter().for_each(|number| flight.restart(*number));
+        flight.restart(dead);
         let recovery = flight.recovery(30.0, WHOLE_M);
         assert!(recovery.whole_s < 20.0 && recovery.closest_of_all_m > 2.0, "{dead:?}: {recovery:?}");
         assert!(flight.all_agree_with_the_truth());
@@ -86,7 +86,7 @@ fn those_that_return_find_their_slots_open() {
 #[test]
 fn below_three_the_survivors_keep_their_own_slots() {
     let mut flight = at_rest(6, &[]);
-    [1, 2, 4, 5].map(|number| flight.kill(number));
+    flight.kill(&[1, 2, 4, 5]);
     flight.fly(30.0, |_| ());
     assert!(flight.slot_error_max_m() < WHOLE_M && flight.all_agree_with_the_truth());
 }
@@ -95,7 +95,7 @@ fn below_three_the_survivors_keep_their_own_slots() {
 fn radius_or_slots_are_kept_where_that_is_asked_for() {
     for on_loss in ["keep_radius", "keep_slots"] {
         let mut flight = at_rest(6, &[&format!("on_loss={on_loss}")]);
-        flight.kill(2);
+        flight.kill(&[2]);
         let recovery = flight.recovery(30.0, WHOLE_M);
         assert!(recovery.whole_s < 10.0 && recovery.closest_m > 35.0, "{on_loss}: {recovery:?}");
     }
@@ -106,7 +106,7 @@ fn a_uav_may_die_while_the_formation_is_forming() {
     for seed in 1..=10 {
         let mut flight = Flight::new(scenario("resilient", &[&format!("seed={seed}")]), Weather::default());
         flight.fly(4.0, |_| ());
-        flight.kill(seed % 6 + 1);
+        flight.kill(&[seed % 6 + 1]);
         let recovery = flight.recovery(60.0, WHOLE_M);
         assert!(recovery.whole_s < 40.0, "seed {seed}: {recovery:?}");
     }
@@ -119,7 +119,7 @@ fn a_uav_may_die_in_front_of_an_obstacle() {
         scenario.obstacles = flight::obstacles_of_the_paper();
         let mut flight = Flight::at_rest(scenario, Weather::default());
         flight.fly(30.0, |_| ());
-        flight.kill(dead);
+        flight.kill(&[dead]);
         let mut clearance_m = f64::INFINITY;
         flight.fly(60.0, |flight| clearance_m = clearance_m.min(flight.clearance_m()));
         assert!(clearance_m > 0.0, "{dead} dies: {clearance_m}");
@@ -142,7 +142,7 @@ fn late_neighbours_cost_nothing_in_the_end() {
         };
         let mut times: Vec<_> = (1..=20).map(flight_s).collect();
         times.sort_by(f64::total_cmp);
-        (times[9] + times[10]) / 2.0
+        f64::midpoint(times[9], times[10])
     };
     let undelayed_s = median_s(Weather::default(), "6");
     for delay_ticks in [20, 50, 100, 200, 500] {

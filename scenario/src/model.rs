@@ -71,6 +71,7 @@ pub struct FormationSection {
 /// The law sets the switches of the resilient law's parts that are not set themselves: see [`Law::switches`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[expect(clippy::struct_excessive_bools, reason = "each part of the law is a switch of its own")]
 pub struct Control {
     /// Which law.
     pub law: Law,
@@ -110,6 +111,7 @@ pub enum Law {
 
 /// Which parts of the resilient law are in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each part of the law is a switch of its own")]
 pub struct Switches {
     /// See [`Control::dead_reckoning`].
     pub dead_reckoning: DeadReckoning,

@@ -41,7 +41,7 @@ impl Flight {
     pub fn step(&mut self) -> Vec<Happening> {
         let now = self.sky.now();
         self.deliver();
-        self.decisions = self.pilots.iter().map(|pilot| pilot.fly(now)).collect();
+        self.decisions = self.pilots.iter_mut().map(|pilot| pilot.fly(now)).collect();
         self.led = Some(self.path.at(now));
         for decision in self.decisions.iter().flatten() {
             self.sky.accept(decision.command.uav, &decision.command).expect("a pilot's command is taken");
@@ -50,15 +50,15 @@ impl Flight {
     }
 
     fn deliver(&mut self) {
+        let now = self.sky.now();
         for (uav, pilot) in UavId::all(self.count).zip(&mut self.pilots) {
             if let Some(senses) = self.sky.senses(uav) {
                 pilot.sense(&senses);
             }
-            if let Some(decision) = &self.decisions[uav.previous(self.count).index()] {
-                pilot.hear_previous(&decision.state);
-            }
-            if let Some(decision) = &self.decisions[uav.next(self.count).index()] {
-                pilot.hear_next(&decision.state);
+            for neighbour in pilot.listened().to_vec() {
+                if let Some(decision) = &self.decisions[neighbour.index()] {
+                    pilot.hear(&decision.state, now);
+                }
             }
             if let Some(led) = &self.led {
                 pilot.hear_leader(led);

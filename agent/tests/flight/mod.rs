@@ -8,6 +8,7 @@ use ringwing_messages::{
     payload::MAX_SENSED_OBSTACLES,
 };
 use ringwing_scenario::{LivingRing, Obstacle, Pose, Scenario, Setting, Source, StartState, start};
+use std::collections::BTreeMap;
 
 /// What all links between neighbours do to messages.
 #[derive(Debug, Clone, Copy, Default)]
@@ -17,12 +18,12 @@ pub(crate) struct Weather {
     /// At most so much more, by chance: messages overtake each other.
     pub(crate) jitter_ticks: i64,
     /// Of 100 messages so many are lost.
-    pub(crate) loss: u64,
+    pub(crate) loss: i64,
     /// Of 100 messages so many come twice.
-    pub(crate) duplicates: u64,
+    pub(crate) duplicates: i64,
     /// Mean length of outages, and of the times between them; none when 0.
-    pub(crate) outage_ticks: u64,
-    pub(crate) between_ticks: u64,
+    pub(crate) outage_ticks: i64,
+    pub(crate) between_ticks: i64,
 }
 
 /// A swarm in flight.
@@ -40,8 +41,8 @@ pub(crate) struct Flight {
     leader: Vec<LeaderState>,
     sensed: Vec<Vec<Sensed>>,
     terms: Vec<Terms>,
-    /// Arrival, receiver, message.
-    under_way: Vec<(Tick, usize, UavState)>,
+    /// Receiver and message, by when they arrive.
+    under_way: BTreeMap<Tick, Vec<(usize, UavState)>>,
     /// Whether the link from one to another is out.
     out: Vec<Vec<bool>>,
     chance: u64,
@@ -59,8 +60,8 @@ pub(crate) struct Airframe {
 /// `control.law=resilient` and `settings`, on the paper's first scenario.
 pub(crate) fn scenario(law: &str, settings: &[&str]) -> Scenario {
     let texts = [format!("control.law={law}")].into_iter().chain(settings.iter().map(ToString::to_string));
-    let settings: Vec<_> = texts.map(|text| Setting::parse(&text).unwrap()).collect();
-    let mut scenario = Scenario::read(&Source::find("paper-4.1").unwrap(), &settings).unwrap();
+    let settings: Vec<_> = texts.map(|text| Setting::parse(&text).expect("a setting")).collect();
+    let mut scenario = preset("paper-4.1", &settings);
     scenario.start.uavs.clear();
     scenario
 }
@@ -68,7 +69,7 @@ pub(crate) fn scenario(law: &str, settings: &[&str]) -> Scenario {
 impl Flight {
     /// From drawn starts.
     pub(crate) fn new(scenario: Scenario, weather: Weather) -> Self {
-        let starts = start::places(&scenario).unwrap();
+        let starts = start::places(&scenario).expect("room for all");
         let airframe = |start: &StartState| {
             let pose =
                 Pose { position: start.position_m.into(), heading_rad: start.heading_deg.to_radians() };
@@ -86,7 +87,7 @@ impl Flight {
             leader: Vec::new(),
             sensed: vec![Vec::new(); count as usize],
             terms: vec![Terms::NONE; count as usize],
-            under_way: Vec::new(),
+            under_way: BTreeMap::new(),
             out: vec![vec![false; count as usize]; count as usize],
             chance: scenario.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
             scenario,
@@ -105,12 +106,16 @@ impl Flight {
         Self::new(scenario, weather)
     }
 
-    pub(crate) fn kill(&mut self, number: u32) {
-        self.pilots[number as usize - 1] = None;
+    pub(crate) fn kill(&mut self, numbers: &[u32]) {
+        for number in numbers {
+            self.pilots[*number as usize - 1] = None;
+        }
     }
 
-    pub(crate) fn restart(&mut self, number: u32) {
-        self.pilots[number as usize - 1] = Some(Pilot::new(&self.scenario, UavId(number)));
+    pub(crate) fn restart(&mut self, numbers: &[u32]) {
+        for number in numbers {
+            self.pilots[*number as usize - 1] = Some(Pilot::new(&self.scenario, UavId(*number)));
+        }
     }
 
     pub(crate) fn step(&mut self) {
@@ -141,10 +146,7 @@ impl Flight {
 
     fn deliver(&mut self) {
         let now = self.now;
-        let (arrived, under_way): (Vec<_>, _) =
-            std::mem::take(&mut self.under_way).into_iter().partition(|(at, ..)| *at <= now);
-        self.under_way = under_way;
-        for (_, receiver, state) in arrived {
+        for (receiver, state) in self.under_way.remove(&now).unwrap_or_default() {
             if let Some(pilot) = &mut self.pilots[receiver] {
                 pilot.hear(&state, now);
             }
@@ -157,9 +159,9 @@ impl Flight {
             let is_out = self.is_out(from, to);
             let copies = 1 + u32::from(self.draw(100) < self.weather.duplicates);
             for _ in 0..copies {
-                let late = self.weather.delay_ticks + self.draw(self.weather.jitter_ticks as u64 + 1) as i64;
+                let late = self.weather.delay_ticks + self.draw(self.weather.jitter_ticks + 1);
                 if listens && !is_out && self.draw(100) >= self.weather.loss {
-                    self.under_way.push((Tick(self.now.0 + 1 + late), to, state));
+                    self.under_way.entry(Tick(self.now.0 + 1 + late)).or_default().push((to, state));
                 }
             }
         }
@@ -175,11 +177,11 @@ impl Flight {
         self.out[from][to]
     }
 
-    fn draw(&mut self, below: u64) -> u64 {
+    fn draw(&mut self, below: i64) -> i64 {
         self.chance ^= self.chance << 13;
         self.chance ^= self.chance >> 7;
         self.chance ^= self.chance << 17;
-        (self.chance >> 11) % below
+        (self.chance >> 11).cast_signed() % below
     }
 
     fn move_on(&mut self) {
@@ -330,5 +332,9 @@ pub(crate) struct Recovery {
 
 /// The two of the paper's Section 4.2.
 pub(crate) fn obstacles_of_the_paper() -> Vec<Obstacle> {
-    Scenario::read(&Source::find("paper-4.2").unwrap(), &[]).unwrap().obstacles
+    preset("paper-4.2", &[]).obstacles
+}
+
+fn preset(name: &str, settings: &[Setting]) -> Scenario {
+    Scenario::read(&Source::find(name).expect("a preset"), settings).expect("a sound scenario")
 }
