@@ -49,6 +49,19 @@ fn a_killed_agent_leaves_its_airframe_to_the_failsafe() {
 }
 
 #[test]
+fn under_the_resilient_law_the_others_close_the_ring() {
+    let run = Swarm::fly("paper-4.1").with("--duration 300 --set law=resilient").start();
+    run.wait_for_second(1.0);
+    run.signal(AGENT, Signal::KILL);
+    let run = run.finish();
+    assert_flown(&run);
+    assert_eq!(modes_of(&run.log().states(3)), ["commanded", "loiter"]);
+    for error in ["slot_error_max_m", "neighbour_error_max_m", "radius_error_max_m"] {
+        assert!(run.number(error) < 0.05, "{error} {}", run.number(error));
+    }
+}
+
+#[test]
 fn an_airframe_without_its_agent_holds_or_vanishes_if_the_scenario_says_so() {
     for (failsafe, modes) in [("hold", vec!["commanded", "hold"]), ("vanish", vec!["commanded"])] {
         let run = Swarm::fly("paper-4.1").with(&format!("--duration 60 --set failsafe={failsafe}")).start();

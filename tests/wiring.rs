@@ -9,7 +9,7 @@ use iceoryx2::{
     service::port_factory::PortFactory,
 };
 use ringwing_messages::{
-    Command, Event, FormationError, LeaderState, LinkCounts, Part, Roster, Sensed, Stamps, TickTiming,
+    Command, Event, FormationError, LeaderState, LinkCounts, Part, Roster, Sensed, Stamps, TickTiming, UavId,
     UavState,
 };
 use rustix::process::Signal;
@@ -118,6 +118,22 @@ fn an_agent_is_connected_to_its_senses_its_ring_neighbours_and_the_leader_alone(
         assert_eq!(of(|ends| &ends.1), hears, "{agent} subscribes");
         assert_eq!(of(|ends| &ends.0), says, "{agent} publishes");
     }
+    crate::harness::send(run.launcher(), Signal::INT);
+    run.finish().assert_ended_with(1);
+}
+
+#[test]
+fn the_living_listen_across_a_gap_and_for_the_return_of_the_lost() {
+    let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --set law=resilient").start();
+    run.wait_for_second(0.5);
+    run.signal(Part::Agent(UavId(3)), Signal::KILL);
+    run.wait_for_second(3.0);
+    let services = Inspector::of(&run).all_ends();
+    let listeners = |uav: u32| services[&format!("uav/{uav}/state")].1.clone();
+    assert_eq!(listeners(3), set(&["agent-2".into(), "agent-4".into()]));
+    assert_eq!(listeners(2), set(&["agent-1".into(), "agent-4".into()]));
+    assert_eq!(listeners(4), set(&["agent-2".into(), "agent-5".into()]));
+    assert_eq!(listeners(6), set(&["agent-1".into(), "agent-5".into()]));
     crate::harness::send(run.launcher(), Signal::INT);
     run.finish().assert_ended_with(1);
 }
