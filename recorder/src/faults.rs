@@ -50,7 +50,9 @@ pub struct Faults {
 
 /// Whether `line` tells of something that goes wrong, and may be felt by the formation.
 pub(crate) fn is_fault(line: &Line) -> bool {
-    matches!(line.name.as_str(), "process.lost" | "process.frozen")
+    let kinds = ["kill", "stop", "freeze", "thaw", "start", "link", "slow"];
+    let asked = line.name.strip_prefix("fault.").is_some_and(|kind| kinds.contains(&kind));
+    asked || matches!(line.name.as_str(), "process.lost" | "process.frozen")
 }
 
 /// Who is wrong in one way.

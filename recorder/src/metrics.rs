@@ -3,6 +3,7 @@
 //! Knows only what the log holds, so that the same numbers come out of a log that is read again. Only UAVs that fly on
 //! command count as being in the formation; whatever is in the sky counts where things come close.
 
+mod agreement;
 mod coherence;
 mod lyapunov;
 mod obstacles;
@@ -23,6 +24,7 @@ use crate::{
     links::LinkTally,
     schema::{UavControl, UavState},
 };
+use agreement::AgreementWatch;
 use foxglove::messages::Log as Line;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
@@ -57,6 +59,8 @@ pub struct Moment {
     pub coherence: Coherence,
     /// V of Eq. (7), from the true states of those that fly on command.
     pub lyapunov_m2: Option<f64>,
+    /// Views of who lives: 1 where all that fly on command agree.
+    pub views: u32,
     /// How often V rose so far although nobody was saturated or repelled.
     pub lyapunov_rises: u64,
 }
@@ -70,6 +74,8 @@ pub struct Metrics {
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
+    agreement: AgreementWatch,
+    closes: bool,
     closest: ClosestSoFar,
     obstacles: Vec<ObstacleWatch>,
     lyapunov: LyapunovWatch,
@@ -109,6 +115,8 @@ impl Metrics {
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::default(),
+            agreement: AgreementWatch::default(),
+            closes: scenario.control.ring_closes,
             closest: ClosestSoFar::default(),
             obstacles: scenario.obstacles.iter().map(ObstacleWatch::new).collect(),
             lyapunov: LyapunovWatch::new(scenario),
@@ -137,6 +145,7 @@ impl Metrics {
         }
         self.sky.clear();
         self.sky.extend(in_the_sky(frame).map(|state| (state.uav, place(state))));
+        self.agreement.observe(frame);
         self.moment = self.measure(frame);
         self.moment.lyapunov_m2 = self.lyapunov.observe(frame, &self.ring, self.moment.commanded);
         self.moment.lyapunov_rises = self.lyapunov.rises();
@@ -185,7 +194,8 @@ impl Metrics {
             radius_error_max_m: largest(in_formation().filter_map(radius_error)),
             closest: Pairs::among(&self.sky, frame.uavs.len() as u32),
             clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
-            coherence: Coherence::of(frame),
+            coherence: Coherence::of(frame, self.closes, self.agreement.views()),
+            views: self.agreement.views(),
             ..Moment::default()
         }
     }
@@ -208,6 +218,8 @@ impl Metrics {
             speed_min_m_s: self.envelope.map(|flown| flown.speed_min_m_s),
             speed_max_m_s: self.envelope.map(|flown| flown.speed_max_m_s),
             turn_rate_max_rad_s: self.envelope.map(|flown| flown.turn_rate_max_rad_s),
+            views: self.moment.views,
+            disagreed_until_s: self.agreement.disagreed_at().map(|tick| self.clock.seconds(tick)),
             faults: self.recovery.count(),
             recoveries: self.recovery.recoveries(self.clock),
             ticks: self.ticks,

@@ -61,6 +61,7 @@ pub struct UavState {
 ///
 /// The terms of `f_i` are rounded to single precision; commands, repulsion and potential are as they were, to the bit.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+#[expect(clippy::struct_excessive_bools, reason = "each is told for itself, as viewers plot it")]
 pub struct UavControl {
     /// The tick whose senses it answers.
     #[prost(sint64, tag = "1")]
@@ -131,6 +132,18 @@ pub struct UavControl {
     /// The same of the leader.
     #[prost(double, optional, tag = "23")]
     pub leader_age_s: Option<f64>,
+    /// How many UAVs it holds for living, itself among them.
+    #[prost(uint32, tag = "24")]
+    pub living: u32,
+    /// Goes on along the path of a leader that it has not heard for longer than the loss timeout.
+    #[prost(bool, tag = "25")]
+    pub leader_silent: bool,
+    /// The slots move to the places that a loss or a return gave them.
+    #[prost(bool, tag = "26")]
+    pub slots_moving: bool,
+    /// Stands for those whom it holds for lost: 0 for none, and equal where two UAVs agree.
+    #[prost(uint64, tag = "27")]
+    pub lost_fingerprint: u64,
 }
 
 /// How long a tick took and where, by the wall clock, every tick: `/timing`.
@@ -202,6 +215,10 @@ impl UavControl {
             previous_age_s: terms.previous_age.ticks().map(age_s),
             next_age_s: terms.next_age.ticks().map(age_s),
             leader_age_s: terms.leader_age.ticks().map(age_s),
+            living: terms.living,
+            leader_silent: terms.leader_silent != 0,
+            slots_moving: terms.slots_moving != 0,
+            lost_fingerprint: terms.lost_fingerprint,
         }
     }
 }

@@ -106,6 +106,9 @@ pub struct SwarmMetrics {
     /// The mean age of the data used.
     #[prost(double, optional, tag = "17")]
     pub age_mean_s: Option<f64>,
+    /// Views of who lives: 1 where all that fly on command agree.
+    #[prost(uint32, tag = "18")]
+    pub views: u32,
 }
 
 impl SwarmState {
@@ -156,6 +159,7 @@ impl SwarmMetrics {
             ring_pieces: coherence.ring_pieces,
             age_max_s: coherence.age_max_s,
             age_mean_s: coherence.age_mean_s,
+            views: moment.views,
         }
     }
 }

@@ -47,6 +47,8 @@ pub(crate) struct Viewer {
     formation: Formation,
     obstacles: Vec<Obstacle>,
     earth: Earth,
+    /// The ring closes after a loss.
+    closes: bool,
     /// Data as old as this are stale: a command would be, too.
     stale_s: f64,
     watch: FaultWatch,
@@ -65,6 +67,7 @@ impl Viewer {
             obstacles: scenario.obstacles.clone(),
             earth: Earth::new(&scenario.georeference, &scenario.obstacles),
             stale_s: scenario.airframe.command_timeout_s,
+            closes: scenario.control.ring_closes,
             watch: FaultWatch::default(),
             shown: None,
             looks: Looks::new(formation.count(), formation.spacing_m()),
@@ -96,7 +99,7 @@ impl Viewer {
             leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| schema::leader_pose(&leader, clock)),
             formation: is_first.then(|| scene::formation(&self.formation, clock, tick)),
             obstacles: is_first.then(|| scene::obstacles(&self.obstacles, clock, tick)),
-            ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.stale_s, clock)),
+            ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
             trails: due(TRAILS_HZ).map(|()| self.trails.scene(frame)),
             uavs: self.looks.scene(frame, &self.watch, clock),
             metrics: due(STATES_HZ).map(|()| SwarmMetrics::of(moment)),

@@ -22,12 +22,12 @@ pub struct Coherence {
 }
 
 impl Coherence {
-    /// The swarm in `frame`.
-    pub(super) fn of(frame: &Frame) -> Self {
+    /// The swarm in `frame`, whose ring has no gaps while the living agree, where it `closes`.
+    pub(super) fn of(frame: &Frame, closes: bool, views: u32) -> Self {
         let (age_max_s, age_mean_s) = ages(frame);
         Self {
             order: order(frame),
-            ring_pieces: ring_pieces(frame),
+            ring_pieces: if closes { views } else { ring_pieces(frame) },
             saturated_share: saturated_share(frame),
             age_max_s,
             age_mean_s,
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn the_formation_at_rest_is_one() {
-        let coherence = Coherence::of(&at_rest(&ring_of(5, 40.0), 3));
+        let coherence = Coherence::of(&at_rest(&ring_of(5, 40.0), 3), false, 1);
         assert_eq!(
             (coherence.order, coherence.ring_pieces, coherence.saturated_share),
             (Some(1.0), 1, Some(0.0))
@@ -103,11 +103,11 @@ mod tests {
     fn a_ring_that_is_cut_twice_is_in_two_pieces() {
         let mut frame = at_rest(&ring_of(6, 40.0), 3);
         frame.uavs[0].state = None;
-        assert_eq!(Coherence::of(&frame).ring_pieces, 1);
+        assert_eq!(Coherence::of(&frame, false, 1).ring_pieces, 1);
         frame.uavs[3].state.as_mut().unwrap().mode = "loiter".into();
-        assert_eq!(Coherence::of(&frame).ring_pieces, 2);
+        assert_eq!(Coherence::of(&frame, false, 1).ring_pieces, 2);
         frame.uavs.iter_mut().for_each(|uav| uav.state = None);
-        assert_eq!(Coherence::of(&frame), Coherence::default());
+        assert_eq!(Coherence::of(&frame, false, 1), Coherence::default());
     }
 
     #[test]
@@ -117,7 +117,7 @@ mod tests {
             uav.state.as_mut().unwrap().heading_rad = std::f64::consts::PI;
         }
         frame.uavs[0].control.as_mut().unwrap().turn_rate_saturated = true;
-        let coherence = Coherence::of(&frame);
+        let coherence = Coherence::of(&frame, false, 1);
         assert!(coherence.order.unwrap() < 1e-12);
         assert_eq!(coherence.saturated_share, Some(0.25));
     }

@@ -35,7 +35,11 @@ pub struct FlightSummary {
     pub speed_max_m_s: Option<f64>,
     /// The tightest anybody turned.
     pub turn_rate_max_rad_s: Option<f64>,
-    /// Faults in all: processes that were lost or frozen.
+    /// Views of who lives at the end: 1 where all that fly on command agree.
+    pub views: u32,
+    /// The last moment at which there was more than one.
+    pub disagreed_until_s: Option<f64>,
+    /// Faults in all: what was asked for, the return of a UAV included, and processes that were lost or frozen.
     pub faults: u64,
     /// How long each was felt; only the first hundred.
     pub recoveries: Vec<Recovery>,

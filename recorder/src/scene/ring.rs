@@ -3,7 +3,7 @@
 use super::{LEADER, entity, flat, line, seen_from, whole};
 use crate::{
     clock::Clock,
-    frame::Frame,
+    frame::{Frame, UavFrame},
     palette::{self, Rgb},
     schema::UavState,
 };
@@ -13,12 +13,13 @@ use ringwing_messages::FlightMode;
 
 const PIXELS: f64 = 3.0;
 
-/// The links of `frame`; data as old as `stale_s` have the colour of alarm. None without a leader to go with.
-pub(crate) fn ring(frame: &Frame, stale_s: f64, clock: Clock) -> Option<SceneUpdate> {
+/// The links of `frame`, among the living alone where the ring `closes`; data as old as `stale_s` have the colour of alarm. None without a leader to go with.
+pub(crate) fn ring(frame: &Frame, closes: bool, stale_s: f64, clock: Clock) -> Option<SceneUpdate> {
     let leader = frame.leader?;
     let mut links = line(LineList, Vec::new(), PIXELS, palette::CALM, 1.0);
-    let neighbours = frame.uavs.iter().zip(frame.uavs.iter().cycle().skip(1));
-    for (one, next) in neighbours {
+    let is_in = |uav: &&UavFrame| !closes || uav.state.as_ref().is_some_and(is_commanded);
+    let members: Vec<&UavFrame> = frame.uavs.iter().filter(is_in).collect();
+    for (one, next) in members.iter().zip(members.iter().cycle().skip(1)) {
         let (Some(here), Some(there)) = (&one.state, &next.state) else { continue };
         let (from, to) = (seen_from(place(here), &leader), seen_from(place(there), &leader));
         let middle = nalgebra::center(&from, &to);
@@ -73,7 +74,7 @@ mod tests {
         let mut frame = testing::at_rest(&scenario, 10);
         frame.uavs[0].control.as_mut().unwrap().next_age_s = Some(0.5);
         frame.uavs[1].control.as_mut().unwrap().next_age_s = None;
-        let scene = ring(&frame, 0.5, Clock::new(100)).unwrap();
+        let scene = ring(&frame, false, 0.5, Clock::new(100)).unwrap();
         let links = &scene.entities[0].lines[0];
         assert_eq!((links.points.len(), links.colors.len()), (10, 10));
         assert_eq!(links.colors[0], palette::ALARM.in_scene(1.0));
@@ -85,9 +86,15 @@ mod tests {
         let scenario = testing::ring_of(4, 40.0);
         let mut frame = testing::at_rest(&scenario, 10);
         frame.uavs[0].state = None;
-        let scene = ring(&frame, 0.5, Clock::new(100)).unwrap();
+        let scene = ring(&frame, false, 0.5, Clock::new(100)).unwrap();
         assert_eq!(scene.entities[0].lines[0].points.len(), 8);
+        let closed = ring(&frame, true, 0.5, Clock::new(100)).unwrap();
+        assert_eq!(
+            closed.entities[0].lines[0].points.len(),
+            12,
+            "the three that are left are linked all round"
+        );
         frame.leader = None;
-        assert_eq!(ring(&frame, 0.5, Clock::new(100)), None);
+        assert_eq!(ring(&frame, false, 0.5, Clock::new(100)), None);
     }
 }
