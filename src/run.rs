@@ -32,6 +32,9 @@ pub(crate) struct Args {
     /// Seed of every random draw
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
+    /// Which law the agents fly by: the paper's as written, or the one that survives losses and delays
+    #[arg(long, value_parser = ["paper", "resilient"])]
+    law: Option<String>,
     /// How many UAVs; those without a start state in the scenario begin at drawn places
     #[arg(long, value_name = "NUMBER")]
     uavs: Option<u32>,
@@ -113,6 +116,7 @@ fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
 fn settings(args: &Args) -> Vec<Setting> {
     let mut settings = args.settings.clone();
     settings.extend(args.seed.map(|seed| Setting::of_flag("--seed", "seed", seed)));
+    settings.extend(args.law.iter().map(|law| Setting::of_flag("--law", "control.law", law)));
     settings.extend(args.uavs.map(|uavs| Setting::of_flag("--uavs", "formation.uavs", uavs)));
     settings
         .extend(args.duration.map(|s| Setting::of_flag("--duration", "time.duration_s", format!("{s:?}"))));
@@ -134,6 +138,7 @@ fn command(args: &Args, seed: u64) -> String {
     }
     words.extend(args.faults.iter().flat_map(|fault| ["--fault".into(), fault.to_string()]));
     words.extend(["--seed".into(), seed.to_string()]);
+    words.extend(args.law.iter().flat_map(|law| ["--law".into(), law.clone()]));
     words.extend(args.uavs.iter().flat_map(|uavs| ["--uavs".into(), uavs.to_string()]));
     words.extend(args.duration.iter().flat_map(|seconds| ["--duration".into(), seconds.to_string()]));
     if args.out != *DEFAULT_OUT {

@@ -241,6 +241,7 @@ impl fmt::Display for Summary {
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
             write_recoveries(f, flight)?;
+            write_agreement(f, flight)?;
             write_saturation(f, flight)?;
             write_links(f, flight)?;
         }
@@ -309,6 +310,17 @@ fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::
         line(f, "faults beyond these", &more.to_string(), "")?;
     }
     Ok(())
+}
+
+/// Nothing to say of a swarm that never disagreed.
+fn write_agreement(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let Some(until_s) = flight.disagreed_until_s else { return Ok(()) };
+    line(
+        f,
+        "views of who lives at the end",
+        &flight.views.to_string(),
+        &format!("differed until {until_s:.2} s"),
+    )
 }
 
 /// Some numbers, and how many more.

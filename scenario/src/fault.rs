@@ -323,6 +323,10 @@ impl Deed {
             (Targets::Recorder, Self::Slow { .. }) => {
                 "the flight does not wait for a slow recorder: freeze it for a while"
             }
+            (Targets::Leader, Self::Slow { .. }) => {
+                "the leader computes nothing that could take longer: delay its links instead, such as \
+                 \"link leader->all delay 20 ms\""
+            }
             _ => return None,
         };
         Some(why.into())

@@ -13,6 +13,7 @@ fn state(tick: i64) -> UavState {
         turn_rate_rad_s: 0.0,
         uav: UavId(2),
         reserved: 0,
+        rumours: Default::default(),
     }
 }
 
