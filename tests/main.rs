@@ -13,6 +13,7 @@ mod endings;
 mod faults;
 mod losses;
 mod paper;
+mod presets;
 mod real_time;
 mod sizes;
 mod tools;
