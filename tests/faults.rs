@@ -166,6 +166,56 @@ fn a_run_in_the_air_says_when_it_did_what_it_was_asked_for() {
 }
 
 #[test]
+fn late_senses_upset_the_papers_law_and_not_the_one_that_knows_what_it_commanded() {
+    let farthest = |law: &str| {
+        let run = flown(&["at 20 s link own->3 delay 150 ms"], &format!("--law {law} --duration 40"));
+        let of = |uav| {
+            let states = run.log().states(uav);
+            states[3000..].iter().filter_map(|state| state.slot_error_m).fold(0.0, f64::max)
+        };
+        (of(3), of(6))
+    };
+    let (own, _) = farthest("paper");
+    assert!(own > 1.0, "150 ms are too late for the heading loop, and yet it is {own} m off at most");
+    let (own, other) = farthest("resilient");
+    assert!(own < 0.05 && other < 0.05, "{own} m and {other} m off");
+}
+
+#[test]
+fn a_slow_uav_is_waited_for_in_lockstep_and_flies_on_older_commands_in_real_time() {
+    let slow = ["at 0.5 s slow uav 3 by 25 ms for 1 s"];
+    let undisturbed = flown(&[], "--duration 3");
+    assert_eq!(flown(&slow, "--duration 3").text("payload_hash"), undisturbed.text("payload_hash"));
+    let reused = flown(&slow, "--duration 3 --real-time").summary["reused_commands"].as_u64().unwrap();
+    assert!(reused >= 50, "of 100 ticks at most every third is answered in time, and only {reused} reused");
+}
+
+#[test]
+fn delays_are_replayed_from_a_file_that_may_lie_anywhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wifi.txt");
+    std::fs::write(&path, "0.02\n0.05\n0\n").unwrap();
+    let run =
+        flown(&[&format!("at 5 s link 2->3 delay file \"{}\" for 3 s", path.display())], "--duration 10");
+    let ages: Vec<i64> = run.log().controls(3)[500..800]
+        .iter()
+        .filter_map(|control| control.previous_age_s)
+        .map(|age_s| (age_s * 100.0).round() as i64)
+        .collect();
+    // Sent at 500: due at 503; at 501: at 507; at 502: at 503; and so on, three by three.
+    assert_eq!(ages[..9], [1, 2, 3, 1, 2, 3, 1, 2, 3]);
+    assert_eq!(ages[150..153], ages[153..156]);
+}
+
+#[test]
+fn a_recorder_that_is_killed_on_purpose_is_replaced_and_nothing_of_the_flight_changes() {
+    let run = flown(&["at 3 s kill recorder", "at 5 s freeze recorder for 1 s"], "--duration 10");
+    assert_eq!(run.text("payload_hash"), flown(&[], "--duration 10").text("payload_hash"));
+    assert_eq!(run.log().states(1).last().unwrap().tick, 1000);
+    assert_told(&run, "fault.kill: recorder is killed: kill recorder");
+}
+
+#[test]
 fn a_flight_with_faults_is_verified_and_repeated_by_its_command() {
     let run = flown(&["at 1 s kill uav 3", "at 2 s isolate 5 for 1 s"], "--duration 6");
     let log = run.folder.join("run.mcap");

@@ -102,8 +102,8 @@ pub struct Impairment<T> {
     seed: u64,
     rate_hz: u32,
     burdens: Vec<Burden>,
-    /// Received, but sent too lately to be used.
-    early: Vec<T>,
+    /// Received since the last delivery.
+    offered: Vec<T>,
     flying: Vec<Flying<T>>,
     /// The newest that was sent before anything stuck.
     sound: Option<T>,
@@ -123,7 +123,7 @@ impl<T: Carried> Impairment<T> {
             seed,
             rate_hz,
             burdens: Vec::new(),
-            early: Vec::new(),
+            offered: Vec::new(),
             flying: Vec::new(),
             sound: None,
             counts: LinkCounts::none(from, route.to),
@@ -148,17 +148,14 @@ impl<T: Carried> Impairment<T> {
 
     /// Takes what was received, in whatever order.
     pub fn offer(&mut self, sample: T) {
-        self.early.push(sample);
+        self.offered.push(sample);
     }
 
     /// Hands out what arrives at `now`, in the order in which it does.
-    ///
-    /// What was sent too lately to be used waits: whether it was received already is chance.
     pub fn deliver(&mut self, now: Tick, mut take: impl FnMut(T)) {
         let usable = now.0 - self.route.ticks;
-        let mut sent: Vec<T> = self.early.extract_if(.., |sample| sample.tick().0 <= usable).collect();
-        sent.sort_by_key(Carried::tick);
-        for sample in sent {
+        self.offered.sort_by_key(Carried::tick);
+        for sample in std::mem::take(&mut self.offered) {
             self.send(sample);
         }
         let holds = self
@@ -179,7 +176,7 @@ impl<T: Carried> Impairment<T> {
     pub fn drop_all(&mut self) {
         self.counts.lost += self.flying.len() as u64;
         self.flying.clear();
-        self.early.clear();
+        self.offered.clear();
     }
 
     /// What has become of all samples so far, as of `now`.

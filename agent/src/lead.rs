@@ -30,9 +30,9 @@ impl Lead {
         }
     }
 
-    /// What was heard last before `now`, and where the leader is now; none before it was heard.
+    /// What was heard last, and where the leader is now; none before it was heard.
     pub fn at(&mut self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Option<(Track, Pose)> {
-        let track = *self.link.before(now)?;
+        let track = *self.link.newest()?;
         let mut pose = track.reckoned(now, reckoning, period_s);
         if reckoning == DeadReckoning::Full {
             self.smooth(&track, &pose, now, period_s);

@@ -3,10 +3,12 @@
 //! [`law`] is the paper's control law; [`own`], [`neighbours`] and [`lead`] are what the UAV knows of itself, of the others
 //! and of the leader; [`membership`] is who of them lives, [`slots`] where each should be. [`pilot`] puts all that together
 //! once a tick, [`process`] is the operating-system process round it.
-//! [`impairment`] is what faults do to what is received, on its way from an `inlet` of the `ports` to the pilot.
+//! [`arrivals`] and [`impairment`] are what becomes of what is received, by its time and by faults, on its way from an
+//! `inlet` of the `ports` to the pilot.
 //!
 //! Never reads the world's truth, nor the state of any UAV that is not its ring neighbour.
 
+pub mod arrivals;
 mod faults;
 pub mod impairment;
 mod inlet;

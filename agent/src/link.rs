@@ -1,7 +1,6 @@
 //! What a UAV has heard of another: a ring neighbour or the leader.
 //!
-//! Never gives out what is not older than the tick it is asked for: in lockstep a fast neighbour may have sent this
-//! tick's state already, and which neighbours are fast is chance.
+//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::arrivals).
 
 use nalgebra::Point2;
 use ringwing_messages::{AgeTicks, LeaderState, Tick, UavState};
@@ -77,27 +76,23 @@ impl Track {
     }
 }
 
-/// Samples kept: the newest, and those that chance may have let overtake the one that is asked for.
-const KEPT: usize = 4;
-
 /// The newest that was heard of one other.
 #[derive(Debug, Clone, Default)]
 pub struct Link {
-    heard: [Option<Track>; KEPT],
+    heard: Option<Track>,
 }
 
 impl Link {
     /// Takes in what came, in whatever order.
     pub fn hear(&mut self, track: Track) {
-        let oldest = self.heard.iter_mut().min_by_key(|kept| kept.map_or(i64::MIN, |track| track.tick.0));
-        if let Some(place) = oldest.filter(|kept| kept.is_none_or(|kept| kept.tick < track.tick)) {
-            *place = Some(track);
+        if self.heard.is_none_or(|heard| heard.tick < track.tick) {
+            self.heard = Some(track);
         }
     }
 
-    /// The newest of what was sent before `now`.
-    pub fn before(&self, now: Tick) -> Option<&Track> {
-        self.heard.iter().flatten().filter(|track| track.tick < now).max_by_key(|track| track.tick)
+    /// The newest that was heard.
+    pub fn newest(&self) -> Option<&Track> {
+        self.heard.as_ref()
     }
 }
 
@@ -115,24 +110,12 @@ mod tests {
     }
 
     #[test]
-    fn a_neighbour_that_is_ahead_is_heard_as_of_the_tick_before() {
-        let mut link = Link::default();
-        for tick in [3, 4, 5] {
-            link.hear(at(tick));
-        }
-        assert_eq!(link.before(Tick(5)), Some(&at(4)));
-        assert_eq!(link.before(Tick(9)), Some(&at(5)));
-        assert_eq!(link.before(Tick(3)), None);
-    }
-
-    #[test]
     fn what_comes_late_does_not_replace_what_is_newer() {
         let mut link = Link::default();
-        for tick in [7, 8, 9, 10, 2] {
+        for tick in [7, 8, 10, 9, 2] {
             link.hear(at(tick));
         }
-        assert_eq!(link.before(Tick(11)), Some(&at(10)));
-        assert_eq!(link.before(Tick(8)), Some(&at(7)));
+        assert_eq!(link.newest(), Some(&at(10)));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a UAV has heard of the others: where they are, and who lives.
 //!
-//! Never acts on what is not older than the tick it is asked for: which neighbours are fast is chance.
+//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::arrivals).
 
 use crate::{
     link::{Link, Track},
@@ -24,8 +24,6 @@ pub struct Neighbours {
 struct Heard {
     uav: UavId,
     link: Link,
-    /// What came before its time.
-    early: Option<UavState>,
 }
 
 impl Neighbours {
@@ -46,22 +44,13 @@ impl Neighbours {
         let Some(track) = Track::of_uav(state) else { return };
         heard.link.hear(track);
         if let Some(membership) = &mut self.membership {
-            if state.tick < now {
-                membership.hear(state, now);
-            } else {
-                heard.early = Some(*state);
-            }
+            membership.hear(state, now);
         }
     }
 
     /// Judges who lives in tick `now`, after everything was heard.
     pub fn update(&mut self, now: Tick) {
         let Some(membership) = &mut self.membership else { return };
-        for heard in &mut self.heard {
-            if let Some(state) = heard.early.take_if(|state| state.tick < now) {
-                membership.hear(&state, now);
-            }
-        }
         membership.update(now);
         if membership.listened() != self.listened {
             self.listened.clear();
@@ -70,9 +59,9 @@ impl Neighbours {
         }
     }
 
-    /// What `uav` was heard to say last before `now`.
-    pub fn before(&self, uav: UavId, now: Tick) -> Option<&Track> {
-        self.heard.iter().find(|heard| heard.uav == uav)?.link.before(now)
+    /// What `uav` was heard to say last.
+    pub fn newest(&self, uav: UavId) -> Option<&Track> {
+        self.heard.iter().find(|heard| heard.uav == uav)?.link.newest()
     }
 
     /// Whom to listen to.
@@ -105,7 +94,7 @@ impl Neighbours {
         self.heard.retain(|heard| self.listened.contains(&heard.uav));
         for uav in &self.listened {
             if self.heard.iter().all(|heard| heard.uav != *uav) {
-                self.heard.push(Heard { uav: *uav, link: Link::default(), early: None });
+                self.heard.push(Heard { uav: *uav, link: Link::default() });
             }
         }
     }

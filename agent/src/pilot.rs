@@ -144,7 +144,7 @@ impl Pilot {
         now: Tick,
     ) -> (Control, Terms) {
         let shape = self.slots.shape();
-        let heard = shape.neighbours.map(|neighbour| self.neighbours.before(neighbour?.0, now));
+        let heard = shape.neighbours.map(|neighbour| self.neighbours.newest(neighbour?.0));
         let field = self.field(shape, heard, leader_pose, own, now);
         let forces = potential_forces(&field, &own.position);
         let repulsion = self.repulsion(senses, &own.position);

@@ -28,9 +28,7 @@ pub(crate) struct Ports {
     /// Opened once there is something to say of links.
     counts: Option<Publisher<LinkCounts>>,
     faults: Vec<LinkFault>,
-    seed: u64,
-    rate_hz: u32,
-    last_tick: Tick,
+    scenario: Scenario,
     uavs: u32,
     /// The last tick that was received in.
     received: Option<Tick>,
@@ -47,7 +45,6 @@ struct Ear {
 impl Ports {
     pub(crate) fn open(member: &Member, uav: UavId, scenario: &Scenario) -> Result<Self, BusError> {
         let (node, depth, uavs) = (member.node(), channel::TICK_DEPTH, scenario.formation.uavs);
-        let (seed, rate_hz) = (scenario.seed, scenario.time.rate_hz);
         let patience_s =
             if scenario.time.real_time { 0.0 } else { 2.0 * scenario.supervision.start_timeout_s };
         let route = |source, ticks| Route { source, to: uav, ticks };
@@ -55,16 +52,14 @@ impl Ports {
         let leader = channel::leader(uavs).subscriber(node, depth)?;
         let mut ports = Self {
             uav,
-            sensed: Inlet::new(sensed, route(Source::Own, 0), seed, rate_hz),
+            sensed: Inlet::new(sensed, route(Source::Own, 0), scenario),
             ears: Vec::new(),
-            leader: Inlet::new(leader, route(Source::Leader, 1), seed, rate_hz),
+            leader: Inlet::new(leader, route(Source::Leader, 1), scenario),
             state: channel::state(uav).publisher(node)?,
             command: channel::command(uav).publisher(node)?,
             counts: None,
             faults: Vec::new(),
-            seed,
-            rate_hz,
-            last_tick: Tick(scenario.last_tick()),
+            scenario: scenario.clone(),
             uavs,
             received: None,
             robbed_limit: Duration::from_secs_f64(patience_s),
@@ -78,7 +73,7 @@ impl Ports {
 
     fn inlet(&self, from: UavId, port: ringwing_messages::Subscriber<UavState>) -> Inlet<UavState> {
         let route = Route { source: Source::Uav(from.0), to: self.uav, ticks: 1 };
-        let mut inlet = Inlet::new(port, route, self.seed, self.rate_hz);
+        let mut inlet = Inlet::new(port, route, &self.scenario);
         inlet.set_faults(&self.faults);
         inlet
     }
@@ -159,7 +154,7 @@ impl Ports {
 
     /// Says what has become of samples on links with faults: once a second, and in the end.
     pub(crate) fn send_counts(&mut self, member: &Member, now: Tick) -> Result<(), BusError> {
-        if now.0 % i64::from(self.rate_hz) != 0 && now != self.last_tick {
+        if now.0 % i64::from(self.scenario.time.rate_hz) != 0 && now.0 != self.scenario.last_tick() {
             return Ok(());
         }
         let ears = self.ears.iter().map(|ear| ear.inlet.counts(now));

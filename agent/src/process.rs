@@ -64,12 +64,14 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
         let read_ns = monotonic_ns();
         faults.dawdle(tick);
         ports.send_counts(&member, tick)?;
-        if let Some(decision) = pilot.fly(tick) {
+        let decision = pilot.fly(tick);
+        // Before the command, with which the tick may be over: what the others send in the next is meant to be heard.
+        ports.listen_to(&member, pilot.listened())?;
+        if let Some(decision) = decision {
             let stamps = Stamps { woke_ns, read_ns, sent_ns: monotonic_ns() };
             ports.state.send(decision.state, stamps)?;
             ports.command.send(decision.command, stamps)?;
         }
-        ports.listen_to(&member, pilot.listened())?;
         gate.answer();
         seen = Some(tick);
     }

@@ -55,18 +55,6 @@ fn a_sound_link_is_clear_and_a_troubled_one_without_a_fault_at_the_moment_delive
 }
 
 #[test]
-fn a_neighbour_that_is_ahead_is_heard_the_tick_after() {
-    let mut link = link(Source::Uav(2), 3, 1, &["at 9 s link 2->3 blackout"]);
-    let mut heard = Vec::new();
-    link.offer(state(0));
-    link.offer(state(1));
-    link.deliver(Tick(1), |sample| heard.push(sample.tick.0));
-    assert_eq!((heard.as_slice(), link.counts(Tick(1)).offered), ([0].as_slice(), 1));
-    link.deliver(Tick(2), |sample| heard.push(sample.tick.0));
-    assert_eq!((heard.as_slice(), link.counts(Tick(2)).offered), ([0, 1].as_slice(), 2));
-}
-
-#[test]
 fn a_delay_holds_what_is_sent_while_it_lasts() {
     let arrived = times(&["at 0.01 s link 2->3 delay 50 ms for 20 ms"], 5);
     assert_eq!(arrived, [(1, 0), (4, 3), (5, 4), (7, 1), (8, 2)]);

@@ -143,6 +143,7 @@ fn faults(subject: &Subject, panels: &mut Panels) -> Value {
         .line("/faults.failsafe", "in failsafe", palette::colour(3))
         .line("/faults.collided", "collided", palette::ALARM)
         .line("/swarm/metrics.ring_pieces", "pieces of the ring", palette::BRIGHT)
+        .line("/swarm/metrics.views", "views of who lives", palette::CALM)
         .from(0.0)
         .add_to(panels);
     let told = beside(raw("/faults", "What is wrong now", panels), 45.0, log(panels));
