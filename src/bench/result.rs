@@ -2,7 +2,7 @@
 //!
 //! Never filters: a distribution holds every sample of its repeat, the warm-up apart, which is no part of it.
 
-use hdrhistogram::Histogram;
+use super::samples::Samples;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -145,10 +145,6 @@ pub(crate) enum Hop {
     /// From the tick's (intended) start to the last answer: one sample a tick.
     Tick,
 }
-
-/// Every sample of one hop: its distribution, with three significant digits, and its exact ends.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Samples(pub(crate) Histogram<u64>);
 
 /// A piece of the repeat's time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
