@@ -28,10 +28,10 @@ pub(crate) fn load(load: Load) -> String {
 /// Of what carries the data and in which way: all of a case but its load and its size.
 pub(crate) fn way(case: &Case) -> String {
     let mut name = subject(case.subject).to_owned();
-    match (case.subject, case.wake) {
-        (Subject::Swarm, Wake::Spin) => name.push_str(", spinning"),
-        (Subject::Swarm, Wake::Event) => name.push_str(", events"),
-        _ => {}
+    match case.wake {
+        Wake::Gate => {}
+        Wake::Spin => name.push_str(", spinning"),
+        Wake::Event => name.push_str(", events"),
     }
     if case.payload_bytes > 0 {
         name.push_str(&format!(", {} B", case.payload_bytes));
@@ -123,7 +123,7 @@ mod tests {
             Case { load: Load::Paced(100), wake: Wake::Event, payload_bytes: 4096, recorder: true, ..PLAIN };
         assert_eq!(case(&laden), "swarm, events, 4096 B, recorded, 6 UAVs, paced at 100 Hz");
         assert_eq!(file(&laden), "swarm-events-4096-b-recorded-6-paced-100hz");
-        let alone = Case { subject: Subject::PipePolled, uavs: 1, wake: Wake::Spin, ..PLAIN };
+        let alone = Case { subject: Subject::PipePolled, uavs: 1, ..PLAIN };
         assert_eq!(case(&alone), "pipe, polled, 1 UAV, closed loop");
     }
 

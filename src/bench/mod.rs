@@ -4,6 +4,7 @@ mod doctor;
 #[cfg(test)]
 mod example;
 mod figure;
+mod histogram_files;
 mod label;
 mod result;
 mod samples;
