@@ -10,6 +10,9 @@ use std::{fs, thread, time::Duration};
 /// Reads a file that the kernel shows; none where it is not there or not for us.
 type Look<'a> = &'a dyn Fn(&str) -> Option<String>;
 
+/// Facts that are others at every look, on the same machine as well.
+pub(crate) const MOMENTARY: [&str; 3] = ["memory available", "load average", "busy"];
+
 /// How long the processors are watched to see whether they are busy.
 const WATCH: Duration = Duration::from_millis(250);
 /// Of the processors' time: what others may take before it shows in a measurement.
@@ -26,7 +29,7 @@ const UNREADABLE: &str = "not readable here";
 /// What a fact is called, and how it is found.
 type Fact = (&'static str, fn(Look) -> Option<String>);
 
-const FACTS: [Fact; 20] = [
+const FACTS: [Fact; 21] = [
     ("processor", |look| parse::processor(&look("/proc/cpuinfo")?)),
     ("cores usable", |look| Some(parse::usable_cores(&look("/proc/self/status")?)?.to_string())),
     ("cores online", |look| line(look, "/sys/devices/system/cpu/online")),
@@ -46,7 +49,8 @@ const FACTS: [Fact; 20] = [
     ("clock source", clock_source),
     ("mitigations", |look| parse::mitigations(look)),
     ("huge pages", |look| parse::chosen(&look("/sys/kernel/mm/transparent_hugepage/enabled")?)),
-    ("memory", |look| parse::memory(&look("/proc/meminfo")?)),
+    ("memory", |look| parse::memory(&look("/proc/meminfo")?, "MemTotal")),
+    ("memory available", |look| parse::memory(&look("/proc/meminfo")?, "MemAvailable")),
     ("page size", |_| Some(format!("{} B", rustix::param::page_size()))),
     ("load average", |look| parse::load_average(&look("/proc/loadavg")?)),
     ("open files", |look| parse::limit(&look("/proc/self/limits")?, "Max open files")),

@@ -1,5 +1,6 @@
 //! `ringwing bench`: the reporting side, until measuring joins it.
 
+mod compare;
 mod doctor;
 #[cfg(test)]
 mod example;

@@ -2,7 +2,7 @@
 //!
 //! Never reads a file itself but through a function that is handed in, and takes no text for granted.
 
-use super::{Look, UNREADABLE, line};
+use super::{Look, line};
 use std::fmt;
 
 /// Flaws of processors that the kernel works around at a price.
@@ -166,14 +166,10 @@ pub(super) fn chosen(choice: &str) -> Option<String> {
     Some(rest.split_once(']')?.0.to_owned())
 }
 
-/// All and available memory, from `/proc/meminfo`.
-pub(super) fn memory(meminfo: &str) -> Option<String> {
-    let gib = |name: &str| -> Option<f64> {
-        let kib: f64 = value(meminfo, name)?.strip_suffix("kB")?.trim().parse().ok()?;
-        Some(kib / 1024.0 / 1024.0)
-    };
-    let available = gib("MemAvailable").map_or(UNREADABLE.into(), |gib| format!("{gib:.1} GiB"));
-    Some(format!("{:.1} GiB, available {available}", gib("MemTotal")?))
+/// The amount of memory called `name` in `/proc/meminfo`.
+pub(super) fn memory(meminfo: &str, name: &str) -> Option<String> {
+    let kib: f64 = value(meminfo, name)?.strip_suffix("kB")?.trim().parse().ok()?;
+    Some(format!("{:.1} GiB", kib / 1024.0 / 1024.0))
 }
 
 /// The first three of `/proc/loadavg`.
@@ -286,11 +282,8 @@ mod tests {
     fn odd_lines_are_read() {
         assert_eq!(chosen("always [madvise] never\n").unwrap(), "madvise");
         assert_eq!(chosen("never"), None);
-        assert_eq!(
-            memory("MemTotal: 2097152 kB\nMemAvailable:  1048576 kB\n").unwrap(),
-            "2.0 GiB, available 1.0 GiB"
-        );
-        assert_eq!(memory("MemTotal: 2097152 kB\n").unwrap(), "2.0 GiB, available not readable here");
+        assert_eq!(memory("MemTotal: 2621440 kB\n", "MemTotal").unwrap(), "2.5 GiB");
+        assert_eq!(memory("MemTotal: 2621440 kB\n", "MemAvailable"), None);
         assert_eq!(load_average("0.10 0.20 0.30 1/99 4711\n").unwrap(), "0.10 0.20 0.30 (1, 5, 15 min)");
         assert_eq!(load_average("0.10 x 0.30"), None);
     }
