@@ -4,6 +4,7 @@
 mod bench;
 mod clean;
 mod compare;
+mod drawing;
 mod fault_command;
 mod launcher;
 mod recover_command;

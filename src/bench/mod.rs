@@ -1,5 +1,6 @@
 //! `ringwing bench`: the reporting side, until measuring joins it.
 
+mod charts;
 mod compare;
 mod doctor;
 #[cfg(test)]
@@ -7,6 +8,7 @@ mod example;
 mod figure;
 mod histogram_files;
 mod label;
+mod page;
 mod result;
 mod samples;
 mod statistics;

@@ -13,7 +13,8 @@ use std::collections::BTreeSet;
 
 /// Letters that the longest usual name of a case has.
 const NAME: usize = 43;
-const LEGEND: &str = "\
+/// What the columns and rows of a case mean.
+pub(crate) const LEGEND: &str = "\
 Times are in us. min, percentiles and max are of all samples of all repeats; n counts them: one a tick for
 the whole tick, one a tick and agent for its parts. `-`: fewer than ten samples are expected beyond it.
 wake: the world publishes, an agent wakes; read: it has its inputs; compute: it has its answer; return: the
@@ -40,8 +41,8 @@ pub(crate) fn opening(results: &Results) -> String {
     }
     match results.machine.warnings.len() {
         0 => {}
-        1 => text.push_str("  The machine spoils these figures in one way: see the end.\n"),
-        ways => text += &format!("  The machine spoils these figures in {ways} ways: see the end.\n"),
+        1 => text.push_str("  The machine spoils these figures in one way: see below.\n"),
+        ways => text += &format!("  The machine spoils these figures in {ways} ways: see below.\n"),
     }
     text + "\n"
 }
