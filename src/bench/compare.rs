@@ -130,7 +130,7 @@ impl Comparison {
         let mut text = self.to_text_of_machines();
         self.cases.iter().for_each(|pair| text.push_str(&pair.to_text()));
         for (side, names) in [("A", &self.only_in_a), ("B", &self.only_in_b)] {
-            names.iter().for_each(|name| text += &format!("\nOnly in {side}: {name}"));
+            text.extend(names.iter().map(|name| format!("\nOnly in {side}: {name}")));
         }
         if self.cases.is_empty() {
             return text + "\nNo case is in both: measure with the same options.\n";
@@ -148,11 +148,9 @@ impl Comparison {
         if self.machines_differ.is_empty() {
             return String::new();
         }
-        let mut text = String::from("\nThe machines differ, and so may all that follows:\n");
-        for (name, [a, b]) in &self.machines_differ {
-            text += &format!("  {name}: {a} | {b}\n");
-        }
-        text
+        let differs = |(name, [a, b]): (&String, &[String; 2])| format!("  {name}: {a} | {b}\n");
+        let facts: String = self.machines_differ.iter().map(differs).collect();
+        format!("\nThe machines differ, and so may all that follows:\n{facts}")
     }
 }
 

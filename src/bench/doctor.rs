@@ -33,12 +33,15 @@ const FACTS: [Fact; 21] = [
     ("processor", |look| parse::processor(&look("/proc/cpuinfo")?)),
     ("cores usable", |look| Some(parse::usable_cores(&look("/proc/self/status")?)?.to_string())),
     ("cores online", |look| line(look, "/sys/devices/system/cpu/online")),
-    ("SMT", |look| switch(&line(look, "/sys/devices/system/cpu/smt/active")?)),
+    ("SMT", |look| Some(switch(smt(look)?))),
     ("governor", |look| line(look, "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")),
-    ("turbo", |look| switch(if turbo(look)? { "1" } else { "0" })),
+    ("turbo", |look| Some(switch(turbo(look)?))),
     ("virtual machine", |look| parse::virtual_machine(look)),
     ("container", |look| Some(parse::container(look))),
-    ("CPU quota", |look| Some(quota(look)?.map_or("none".into(), |cores| format!("{cores:.2} cores")))),
+    ("CPU quota", |look| {
+        look("/proc/self/cgroup")?;
+        Some(quota(look).map_or("none".into(), |cores| format!("{cores:.2} cores")))
+    }),
     ("kernel", |look| {
         Some(format!(
             "{} {}",
@@ -73,14 +76,12 @@ pub(crate) fn inspect() -> Machine {
 pub(crate) fn render(machine: &Machine) -> String {
     let mut text = String::from("Machine\n");
     let width = machine.facts.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-    for (name, value) in &machine.facts {
-        text += &format!("  {name:<width$}  {value}\n");
-    }
+    text.extend(machine.facts.iter().map(|(name, value)| format!("  {name:<width$}  {value}\n")));
     if machine.warnings.is_empty() {
         return text + "\nNothing was seen that spoils a measurement.\n";
     }
     text.push_str("\nWhat spoils a measurement here\n");
-    machine.warnings.iter().for_each(|warning| text.push_str(&item(warning)));
+    text.extend(machine.warnings.iter().map(|warning| item(warning)));
     text
 }
 
@@ -94,7 +95,7 @@ fn item(warning: &str) -> String {
             text.push_str("\n   ");
             column = 3;
         }
-        text += &format!(" {word}");
+        text.extend([" ", word]);
         column += length;
     }
     text + "\n"
@@ -139,8 +140,12 @@ fn line(look: Look, path: &str) -> Option<String> {
     (!line.is_empty()).then(|| line.to_owned())
 }
 
-fn switch(text: &str) -> Option<String> {
-    Some(if text == "0" { "off" } else { "on" }.into())
+fn switch(is_on: bool) -> String {
+    if is_on { "on" } else { "off" }.into()
+}
+
+fn smt(look: Look) -> Option<bool> {
+    Some(line(look, "/sys/devices/system/cpu/smt/active")? == "1")
 }
 
 fn turbo(look: Look) -> Option<bool> {
@@ -153,12 +158,11 @@ fn clock_source(look: Look) -> Option<String> {
     line(look, "/sys/devices/system/clocksource/clocksource0/current_clocksource")
 }
 
-/// The cores' worth of time that a control group allows; some none where it sets no limit.
-fn quota(look: Look) -> Option<Option<f64>> {
-    let groups = look("/proc/self/cgroup")?;
-    let limits: Vec<_> = parse::quota_files(&groups).iter().filter_map(|path| look(path)).collect();
-    let cores = limits.iter().filter_map(|limit| parse::quota_cores(limit));
-    Some(cores.min_by(f64::total_cmp))
+/// The cores' worth of time that control groups allow; none where none sets a limit.
+fn quota(look: Look) -> Option<f64> {
+    let files = parse::quota_files(&look("/proc/self/cgroup")?);
+    let limits = files.iter().filter_map(|path| parse::quota_cores(&look(path)?));
+    limits.min_by(f64::total_cmp)
 }
 
 fn busy_warning(activity: parse::Activity) -> Option<String> {
@@ -182,7 +186,7 @@ fn steal_warning(activity: parse::Activity) -> Option<String> {
 }
 
 fn quota_warning(look: Look) -> Option<String> {
-    let cores = quota(look)??;
+    let cores = quota(look)?;
     Some(format!(
         "a control group allows {cores:.2} cores' worth of time and stops everybody when it is used up: lift cpu.max, \
          or start the container without a CPU limit"
@@ -210,8 +214,7 @@ fn turbo_warning(look: Look) -> Option<String> {
 }
 
 fn smt_warning(look: Look) -> Option<String> {
-    let is_on = line(look, "/sys/devices/system/cpu/smt/active")? == "1";
-    is_on.then(|| {
+    smt(look)?.then(|| {
         "SMT is on, and two processes may share one core: `echo off > /sys/devices/system/cpu/smt/control`".into()
     })
 }

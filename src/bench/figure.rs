@@ -85,15 +85,15 @@ pub(crate) struct Budget {
 
 /// What a tick of `measured` used; none if no processor time was counted.
 pub(crate) fn budget(measured: &Measured) -> Option<Budget> {
-    budget_of(measured.repeats.iter())
+    budget_of(&measured.repeats)
 }
 
-fn budget_of<'r>(repeats: impl Iterator<Item = &'r Repeat> + Clone) -> Option<Budget> {
-    let sum = |of: fn(&Usage) -> f64| repeats.clone().map(|repeat| of(&repeat.usage)).sum::<f64>();
+fn budget_of(repeats: &[Repeat]) -> Option<Budget> {
+    let sum = |of: fn(&Usage) -> f64| repeats.iter().map(|repeat| of(&repeat.usage)).sum::<f64>();
     let weighted = |of: fn(&Usage) -> f64| {
-        repeats.clone().map(|repeat| repeat.ticks as f64 * of(&repeat.usage)).sum::<f64>()
+        repeats.iter().map(|repeat| repeat.ticks as f64 * of(&repeat.usage)).sum::<f64>()
     };
-    let ticks = repeats.clone().map(|repeat| repeat.ticks).sum::<u64>() as f64;
+    let ticks = repeats.iter().map(|repeat| repeat.ticks).sum::<u64>() as f64;
     let cpu_s = sum(|usage| usage.user_s + usage.system_s);
     let share = |ns: f64| (ns > 0.0).then_some(ns / (1e9 * cpu_s));
     (cpu_s > 0.0 && ticks > 0.0).then(|| Budget {
@@ -149,7 +149,7 @@ fn of_hop(measured: &Measured, hop: Hop) -> Vec<Figure> {
 
 fn of_usage(measured: &Measured) -> Vec<Figure> {
     let of = |name: &str, get: fn(&Budget) -> Option<f64>| {
-        of_repeats(measured, name, |repeat| get(&budget_of(std::iter::once(repeat))?))
+        of_repeats(measured, name, |repeat| get(&budget_of(std::slice::from_ref(repeat))?))
     };
     let pss = |repeat: &Repeat| match repeat.usage.agent_pss_bytes {
         0 => None,

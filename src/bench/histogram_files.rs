@@ -94,9 +94,9 @@ fn percentiles(samples: &Samples) -> String {
         let most = samples.max_ns().unwrap_or_default();
         let value = step.value_iterated_to().min(most) as f64 / NS_PER_US;
         let share = step.quantile_iterated_to();
-        text += &format!("{value:>12.3} {share:>14.12} {count:>10}");
         // The last line has no inverse: nothing is left above it.
-        text += &if share < 1.0 { format!(" {:>14.2}\n", 1.0 / (1.0 - share)) } else { "\n".into() };
+        let inverse = if share < 1.0 { format!(" {:>14.2}", 1.0 / (1.0 - share)) } else { String::new() };
+        text.extend([format!("{value:>12.3} {share:>14.12} {count:>10}"), inverse, "\n".into()]);
     }
     text + &footer(samples)
 }
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn percentiles_are_in_the_columns_that_plotters_take() {
         let mut samples = Samples::new();
-        [1_000, 2_000, 3_000, 4_000].iter().for_each(|ns| samples.record(*ns));
+        (1..=4).for_each(|us| samples.record(1_000 * us));
         let text = percentiles(&samples);
         let mut lines = text.lines();
         assert_eq!(lines.next().unwrap(), "       Value     Percentile TotalCount 1/(1-Percentile)");

@@ -27,19 +27,14 @@ pub(crate) fn load(load: Load) -> String {
 
 /// Of what carries the data and in which way: all of a case but its load and its size.
 pub(crate) fn way(case: &Case) -> String {
-    let mut name = subject(case.subject).to_owned();
-    match case.wake {
-        Wake::Gate => {}
-        Wake::Spin => name.push_str(", spinning"),
-        Wake::Event => name.push_str(", events"),
-    }
-    if case.payload_bytes > 0 {
-        name.push_str(&format!(", {} B", case.payload_bytes));
-    }
-    if case.recorder {
-        name.push_str(", recorded");
-    }
-    name
+    let wake = match case.wake {
+        Wake::Gate => "",
+        Wake::Spin => ", spinning",
+        Wake::Event => ", events",
+    };
+    let payload = if case.payload_bytes > 0 { format!(", {} B", case.payload_bytes) } else { String::new() };
+    let recorded = if case.recorder { ", recorded" } else { "" };
+    [subject(case.subject), wake, &payload, recorded].concat()
 }
 
 /// All of a case.
@@ -95,7 +90,7 @@ pub(crate) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place) % 3 == 0 {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
             text.push(' ');
         }
         text.push(digit);

@@ -10,46 +10,47 @@ use crate::drawing::html::{self, escaped};
 
 /// All of it, as HTML.
 pub(crate) fn render(results: &Results) -> String {
-    let mut body =
-        format!("<h1>ringwing bench</h1>\n<pre>{}</pre>\n", escaped(table::opening(results).trim_end()));
-    push_warnings(&mut body, &results.machine.warnings);
-    let headlines: Vec<String> =
+    let headlines: String =
         table::loads(results).into_iter().map(|load| table::headline(results, load)).collect();
-    push_text(&mut body, "Ratios to the floor", &headlines.concat());
-    match charts::all(results) {
-        Ok(figures) => figures.iter().for_each(|figure| push_figure(&mut body, figure)),
-        Err(error) => {
-            body += &format!("<p>The figures cannot be drawn: {}</p>\n", escaped(&error.to_string()))
-        }
-    }
-    let blocks: Vec<String> = results.cases.iter().map(table::block).collect();
-    push_text(&mut body, "Every case", &(blocks.concat() + table::LEGEND));
-    push_text(&mut body, "Where the time goes", &table::budgets(results));
-    push_text(&mut body, "The machine", &doctor::render(&results.machine));
-    html::page("bench", &body)
+    let cases: String = results.cases.iter().map(table::block).collect();
+    let body = [
+        format!("<h1>ringwing bench</h1>\n<pre>{}</pre>\n", escaped(table::opening(results).trim_end())),
+        warnings(&results.machine.warnings),
+        section("Ratios to the floor", &headlines),
+        figures(results),
+        section("Every case", &(cases + table::LEGEND)),
+        section("Where the time goes", &table::budgets(results)),
+        section("The machine", &doctor::render(&results.machine)),
+    ];
+    html::page("bench", &body.concat())
 }
 
-fn push_warnings(body: &mut String, warnings: &[String]) {
+fn warnings(warnings: &[String]) -> String {
     if warnings.is_empty() {
-        return;
+        return String::new();
     }
-    body.push_str("<p>What spoils these figures on this machine:</p>\n<ul>\n");
-    warnings.iter().for_each(|warning| *body += &format!("<li>{}</li>\n", escaped(warning)));
-    body.push_str("</ul>\n");
+    let item = |warning: &String| format!("<li>{}</li>\n", escaped(warning));
+    let items: String = warnings.iter().map(item).collect();
+    format!("<p>What spoils these figures on this machine:</p>\n<ul>\n{items}</ul>\n")
 }
 
-fn push_text(body: &mut String, title: &str, text: &str) {
-    if !text.is_empty() {
-        *body += &format!("<h2>{title}</h2>\n<pre>{}</pre>\n", escaped(text.trim_end()));
+fn section(title: &str, text: &str) -> String {
+    if text.is_empty() {
+        return String::new();
+    }
+    format!("<h2>{title}</h2>\n<pre>{}</pre>\n", escaped(text.trim_end()))
+}
+
+fn figures(results: &Results) -> String {
+    match charts::all(results) {
+        Ok(figures) => figures.iter().map(figure).collect(),
+        Err(error) => format!("<p>The figures cannot be drawn: {}</p>\n", escaped(&error.to_string())),
     }
 }
 
-fn push_figure(body: &mut String, Figure { title, text, svg }: &Figure) {
-    *body += &format!(
-        "<figure><h2>{}</h2>\n{svg}\n<figcaption>{}</figcaption></figure>\n",
-        escaped(title),
-        escaped(text)
-    );
+fn figure(Figure { title, text, svg }: &Figure) -> String {
+    let (title, text) = (escaped(title), escaped(text));
+    format!("<figure><h2>{title}</h2>\n{svg}\n<figcaption>{text}</figcaption></figure>\n")
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 
 /// Letters that the longest usual name of a case has.
 const NAME: usize = 43;
+const FLOOR: &str = "  The floor: the gate alone, as many processes, no data, in the same round. Medians over repeats (ranges).";
 /// What the columns and rows of a case mean.
 pub(crate) const LEGEND: &str = "\
 Times are in us. min, percentiles and max are of all samples of all repeats; n counts them: one a tick for
@@ -23,28 +24,25 @@ world has that; whole tick: from its start, or intended start if paced, to the l
 
 /// All of it.
 pub(crate) fn render(results: &Results) -> String {
-    let mut text = opening(results);
-    for load in loads(results) {
-        text.push_str(&headline(results, load));
-    }
-    results.cases.iter().for_each(|measured| text.push_str(&block(measured)));
-    text.push_str(&budgets(results));
-    text + LEGEND + "\n" + &doctor::render(&results.machine)
+    let headlines = loads(results).into_iter().map(|load| headline(results, load));
+    let parts: Vec<String> = std::iter::once(opening(results))
+        .chain(headlines)
+        .chain(results.cases.iter().map(block))
+        .chain([budgets(results), LEGEND.into(), "\n".into(), doctor::render(&results.machine)])
+        .collect();
+    parts.concat()
 }
 
 /// What was measured, when, and what to know before reading on.
 pub(crate) fn opening(results: &Results) -> String {
     let Results { ringwing, began, seed, command, .. } = results;
-    let mut text = format!("ringwing bench {ringwing}, begun {began}, seed {seed}\n  {command}\n");
-    if results.interrupted {
-        text.push_str("  Interrupted: this is what was measured until then.\n");
-    }
-    match results.machine.warnings.len() {
-        0 => {}
-        1 => text.push_str("  The machine spoils these figures in one way: see below.\n"),
-        ways => text += &format!("  The machine spoils these figures in {ways} ways: see below.\n"),
-    }
-    text + "\n"
+    let cut = if results.interrupted { "  Interrupted: this is what was measured until then.\n" } else { "" };
+    let spoilt = match results.machine.warnings.len() {
+        0 => String::new(),
+        1 => "  The machine spoils these figures in one way: see below.\n".into(),
+        ways => format!("  The machine spoils these figures in {ways} ways: see below.\n"),
+    };
+    format!("ringwing bench {ringwing}, begun {began}, seed {seed}\n  {command}\n{cut}{spoilt}\n")
 }
 
 /// The loads that were measured: closed loop first, then by rate.
@@ -58,17 +56,22 @@ pub(crate) fn headline(results: &Results, load: Load) -> String {
         Load::Closed => "the mean time from tick to tick",
         Load::Paced(_) => "the median of the whole tick",
     };
-    let mut text = format!("Tick time, {}: {what}, and as a multiple of the floor\n", label::load(load));
-    text +=
-        &format!("{:>6}  {:<34} {:>24} {:>26} {:>8}\n", "UAVs", "what", "times the floor", "us", "repeats");
-    let mut rows: Vec<&Measured> = results.cases.iter().filter(|one| one.case.load == load).collect();
+    let mut cases: Vec<&Measured> = results.cases.iter().filter(|one| one.case.load == load).collect();
     // Stable: those of one size stay in the order of the command line.
-    rows.sort_by_key(|measured| measured.case.uavs);
-    rows.iter().for_each(|measured| text.push_str(&headline_row(results, measured)));
-    text.push_str(
-        "  The floor: the gate alone, as many processes, no data, in the same round. Medians over repeats (ranges).\n\n",
-    );
-    text
+    cases.sort_by_key(|measured| measured.case.uavs);
+    let rows: Vec<String> = cases.iter().map(|measured| headline_row(results, measured)).collect();
+    format!(
+        "Tick time, {load}: {what}, and as a multiple of the floor\n\
+         {:>6}  {:<34} {:>24} {:>26} {:>8}\n\
+         {}{FLOOR}\n\n",
+        "UAVs",
+        "what",
+        "times the floor",
+        "us",
+        "repeats",
+        rows.concat(),
+        load = label::load(load),
+    )
 }
 
 fn headline_row(results: &Results, measured: &Measured) -> String {
@@ -89,7 +92,7 @@ pub(crate) fn block(measured: &Measured) -> String {
         text.push_str(&misses(measured));
     }
     if let Some(failure) = &measured.failure {
-        text += &format!("  incomplete: {failure}\n");
+        text.extend(["  incomplete: ", failure, "\n"]);
     }
     text + "\n"
 }
@@ -102,25 +105,20 @@ fn rate(measured: &Measured) -> String {
 }
 
 fn distributions(measured: &Measured) -> String {
-    let mut text = format!("  {:<10} {:>13} {:>10}", "us", "n", "min");
-    for (name, _) in PERCENTILES {
-        text += &format!(" {name:>10}");
-    }
-    text += &format!(" {:>12}\n", "max");
-    for hop in figure::hops(measured) {
-        text.push_str(&distribution(hop, &figure::all_samples(measured, hop)));
-    }
+    let names: Vec<String> = PERCENTILES.iter().map(|(name, _)| format!(" {name:>10}")).collect();
+    let mut text = format!("  {:<10} {:>13} {:>10}{} {:>12}\n", "us", "n", "min", names.concat(), "max");
+    let row = |hop| distribution(hop, &figure::all_samples(measured, hop));
+    text.extend(figure::hops(measured).into_iter().map(row));
     text
 }
 
 fn distribution(hop: Hop, samples: &Samples) -> String {
     let shown = |ns: Option<u64>| ns.map_or_else(|| "-".into(), |ns| us(ns as f64));
-    let (n, min) = (grouped(samples.n()), shown(samples.min_ns()));
-    let mut text = format!("  {:<10} {n:>13} {min:>10}", label::hop(hop));
-    for (_, q) in PERCENTILES {
-        text += &format!(" {:>10}", shown(samples.percentile(q)));
-    }
-    text + &format!(" {:>12}\n", shown(samples.max_ns()))
+    let (hop, n, min, max) =
+        (label::hop(hop), grouped(samples.n()), shown(samples.min_ns()), shown(samples.max_ns()));
+    let percentiles: Vec<String> =
+        PERCENTILES.iter().map(|(_, q)| format!(" {:>10}", shown(samples.percentile(*q)))).collect();
+    format!("  {hop:<10} {n:>13} {min:>10}{} {max:>12}\n", percentiles.concat())
 }
 
 fn misses(measured: &Measured) -> String {
@@ -144,11 +142,13 @@ pub(crate) fn budgets(results: &Results) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let mut text = "Where the time goes: processor time of all processes together\n".to_owned();
-    text += &budget_line("", ["us", "kernel", "iceoryx2", "law", "switches", "of them", "agent's"]);
-    text += &budget_line("", ["a tick", "%", "%", "%", "a tick", "forced", "PSS, MB"]);
-    rows.iter().for_each(|(measured, budget)| text.push_str(&budget_row(measured, *budget)));
-    text + "\n"
+    let heads = [
+        "Where the time goes: processor time of all processes together\n".into(),
+        budget_line("", ["us", "kernel", "iceoryx2", "law", "switches", "of them", "agent's"]),
+        budget_line("", ["a tick", "%", "%", "%", "a tick", "forced", "PSS, MB"]),
+    ];
+    let rows = rows.iter().map(|(measured, budget)| budget_row(measured, *budget));
+    heads.into_iter().chain(rows).chain(["\n".into()]).collect()
 }
 
 fn budget_row(measured: &Measured, budget: Budget) -> String {

@@ -94,12 +94,9 @@ impl ValueFormatter<f64> for Axis {
 
 /// `0 %`, `90 %`, `99 %`, `99.9 %` and so on.
 fn share(nines: f64) -> String {
-    let nines = nines.round().max(0.0) as usize;
-    match nines {
-        0 => "0 %".into(),
-        1 => "90 %".into(),
-        _ => format!("{:.*} %", nines - 2, 100.0 * (1.0 - 10_f64.powi(-(nines as i32)))),
-    }
+    let nines = nines.round().max(0.0);
+    let places = (nines as usize).saturating_sub(2);
+    format!("{:.places$} %", 100.0 * (1.0 - 10_f64.powf(-nines)))
 }
 
 /// The logarithms of `factors` times every power of ten, as far as `extent` goes.
