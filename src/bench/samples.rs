@@ -3,12 +3,13 @@
 //! Never tells a percentile that too few samples stand behind, and never believes a file whose parts disagree.
 
 use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
+use flate2::read::ZlibDecoder;
 use hdrhistogram::{
     Histogram,
     serialization::{Deserializer, Serializer as _, V2DeflateSerializer},
 };
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, io::Read};
 
 /// The percentiles that are told, by name and as shares of the sample.
 pub(crate) const PERCENTILES: [(&str, f64); 5] =
@@ -17,6 +18,10 @@ pub(crate) const PERCENTILES: [(&str, f64); 5] =
 pub(crate) const BEYOND: u32 = 10;
 /// Digits of a value that the distribution keeps.
 const DIGITS: u8 = 3;
+/// Of an encoding: cookie, length of the counts, offset, digits, least and most value, ratio.
+const HEADER_BYTES: usize = 40;
+/// Three digits and 64 bits take 56 000 counts at most, each of nine bytes at most.
+const LONGEST_BYTES: u64 = 1 << 20;
 /// What a product of a share and a whole number may be off by: 100 (1 - 0.9) is 9.999999999999998.
 const ROUNDING: f64 = 1e-6;
 
@@ -142,6 +147,8 @@ pub(crate) enum Damage {
     Base64(base64::DecodeError),
     #[error("`hdr` is no HDR histogram: {0}; measure again, or take the file as it was written")]
     Histogram(hdrhistogram::serialization::DeserializeError),
+    #[error("`hdr` is not as long as it says; measure again, or take the file as it was written")]
+    Length,
     #[error("`hdr` has a resolution that ringwing does not write; measure again")]
     Resolution,
     #[error("`{0}` does not agree with `hdr`: the file was changed or is damaged; measure again")]
@@ -194,17 +201,33 @@ fn encoded(histogram: &Histogram<u64>) -> String {
 
 fn decoded(text: &str) -> Result<Histogram<u64>, Damage> {
     let bytes = BASE64.decode(text).map_err(Damage::Base64)?;
+    let plain = inflated(&bytes).ok_or(Damage::Length)?;
     let mut histogram: Histogram<u64> =
-        Deserializer::new().deserialize(&mut bytes.as_slice()).map_err(Damage::Histogram)?;
+        Deserializer::new().deserialize(&mut plain.as_slice()).map_err(Damage::Histogram)?;
     histogram.auto(true);
     let is_ours = histogram.sigfig() == DIGITS && histogram.low() == 1;
     is_ours.then_some(histogram).ok_or(Damage::Resolution)
 }
 
+/// The encoding within a deflated one, if it is as long as it says.
+///
+/// The reader of encodings makes room for whatever length one claims, up to 4 GiB: a damaged one must not get there.
+fn inflated(bytes: &[u8]) -> Option<Vec<u8>> {
+    let (_cookie_and_length, deflated) = bytes.split_at_checked(8)?;
+    let mut plain = Vec::new();
+    ZlibDecoder::new(deflated).take(LONGEST_BYTES).read_to_end(&mut plain).ok()?;
+    let (header, counts) = plain.split_at_checked(HEADER_BYTES)?;
+    let claimed: [u8; 4] = header.get(4..8)?.try_into().ok()?;
+    (u32::from_be_bytes(claimed) as usize == counts.len()).then_some(plain)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use flate2::{Compression, write::ZlibEncoder};
+    use hdrhistogram::serialization::V2Serializer;
     use proptest::{collection::vec, prelude::*};
+    use std::io::Write;
 
     fn of(values: impl IntoIterator<Item = u64>) -> Samples {
         let mut samples = Samples::new();
@@ -275,6 +298,18 @@ mod tests {
         assert_eq!(json.get("p99_ns"), None);
     }
 
+    /// The encoding of a thousand samples, changed before it is deflated.
+    fn deflated(change: impl FnOnce(&mut Vec<u8>)) -> String {
+        let mut plain = Vec::new();
+        V2Serializer::new().serialize(of(1..=1000).histogram(), &mut plain).unwrap();
+        change(&mut plain);
+        let mut bytes = vec![0x1c, 0x84, 0x93, 0x14, 0, 0, 0, 0];
+        let mut encoder = ZlibEncoder::new(&mut bytes, Compression::fast());
+        encoder.write_all(&plain).unwrap();
+        encoder.finish().unwrap();
+        BASE64.encode(bytes)
+    }
+
     /// What reading says after `change` was made to a written sample.
     fn reading(change: impl FnOnce(&mut serde_json::Value)) -> String {
         let mut json = serde_json::to_value(of(1..=1000)).unwrap();
@@ -299,7 +334,12 @@ mod tests {
     #[test]
     fn what_is_no_histogram_is_refused() {
         assert!(reading(|json| json["hdr"] = "&%$".into()).contains("`hdr` is not base64"));
-        assert!(reading(|json| json["hdr"] = "AAAA".into()).contains("`hdr` is no HDR histogram"));
+        assert!(reading(|json| json["hdr"] = "AAAA".into()).contains("`hdr` is not as long as it says"));
+        // The cookie within, changed.
+        let other = deflated(|plain| plain[0] = 0);
+        assert!(reading(|json| json["hdr"] = other.into()).contains("`hdr` is no HDR histogram"));
+        let endless = deflated(|plain| plain[4] = 0xff);
+        assert!(reading(|json| json["hdr"] = endless.into()).contains("`hdr` is not as long as it says"));
         let coarse = encoded(&Histogram::new(1).unwrap());
         assert!(reading(|json| json["hdr"] = coarse.into()).contains("resolution"));
     }
@@ -342,6 +382,18 @@ mod tests {
         #[test]
         fn any_text_in_the_place_of_the_histogram_is_refused_calmly(bytes in vec(any::<u8>(), 0..80)) {
             prop_assert!(decoded(&BASE64.encode(&bytes)).is_err());
+        }
+
+        #[test]
+        fn a_damaged_histogram_never_panics(place in 0_usize..200, byte in any::<u8>()) {
+            let changed = deflated(|plain| {
+                let place = place % plain.len();
+                plain[place] = byte;
+            });
+            // What can be read is held against the other fields by its reader.
+            if let Ok(histogram) = decoded(&changed) {
+                prop_assert_eq!(histogram.sigfig(), DIGITS);
+            }
         }
     }
 }

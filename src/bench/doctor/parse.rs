@@ -179,12 +179,14 @@ pub(super) fn load_average(loadavg: &str) -> Option<String> {
     is_whole.then(|| format!("{} (1, 5, 15 min)", three.join(" ")))
 }
 
-/// The soft limit, and the hard one where it differs, from `/proc/self/limits`.
+/// The soft limit, the hard one where it differs, and their unit if there is one, from `/proc/self/limits`.
 pub(super) fn limit(limits: &str, name: &str) -> Option<String> {
     let rest = limits.lines().find_map(|line| line.strip_prefix(name))?;
     let mut words = rest.split_whitespace();
     let (soft, hard) = (words.next()?, words.next()?);
-    Some(if soft == hard { soft.into() } else { format!("{soft}, at most {hard}") })
+    let unit =
+        words.next().filter(|_| hard != "unlimited").map(|unit| format!(" {unit}")).unwrap_or_default();
+    Some(if soft == hard { format!("{soft}{unit}") } else { format!("{soft}, at most {hard}{unit}") })
 }
 
 #[cfg(test)]
@@ -225,7 +227,7 @@ mod tests {
                       Max open files            1024                 524288               files     \n\
                       Max locked memory         unlimited            unlimited            bytes     \n\
                       Max realtime priority     0                    0                    \n";
-        assert_eq!(limit(limits, "Max open files").unwrap(), "1024, at most 524288");
+        assert_eq!(limit(limits, "Max open files").unwrap(), "1024, at most 524288 files");
         assert_eq!(limit(limits, "Max locked memory").unwrap(), "unlimited");
         assert_eq!(limit(limits, "Max realtime priority").unwrap(), "0");
         assert_eq!(limit(limits, "Max cheese"), None);
