@@ -226,8 +226,13 @@ fn three_figures(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{super::example, *};
-    use crate::bench::result::{Load, Subject};
+    use super::{
+        super::{
+            example,
+            result::{Load, Subject},
+        },
+        *,
+    };
 
     /// The example with its swarms `factor` times as slow, in ticks a second as in every hop's place.
     fn slower(factor: f64) -> Results {

@@ -62,9 +62,6 @@ mod tests {
         let mut results = example::results();
         results.command = "ringwing bench <script>".into();
         let page = render(&results);
-        if let Ok(path) = std::env::var("RINGWING_BENCH_PAGE") {
-            std::fs::write(path, &page).unwrap();
-        }
         assert_eq!(page.matches("<svg").count(), 10);
         for foreign in ["http:", "https:", "src=", "href=", "<script>", "@import", "url("] {
             let named = page.replace("http://www.w3.org/2000/svg", "");

@@ -119,13 +119,13 @@ struct Written {
     n: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     min_ns: Option<u64>,
+    /// `p50_ns` and so on; what too few samples stand behind is absent.
+    #[serde(flatten)]
+    percentiles: BTreeMap<String, u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     max_ns: Option<u64>,
     /// `HdrHistogram`'s V2 encoding, deflated, in base64.
     hdr: String,
-    /// `p50_ns` and so on; what too few samples stand behind is absent.
-    #[serde(flatten)]
-    percentiles: BTreeMap<String, u64>,
 }
 
 impl From<Samples> for Written {
