@@ -321,11 +321,36 @@ mod tests {
     }
 
     #[test]
+    fn scripts_get_medians_ranges_and_verdicts() {
+        let json = serde_json::to_value(Comparison::of(&example::results(), &slower(2.0))).unwrap();
+        let swarm = &json["cases"][3];
+        assert_eq!(
+            (&swarm["name"], &swarm["case"]["uavs"]),
+            (&"swarm, 6 UAVs, closed loop".into(), &6.into())
+        );
+        let tick = &swarm["figures"][0];
+        assert_eq!((&tick["name"], &tick["verdict"]), (&"tick time, us".into(), &"higher".into()));
+        assert_eq!((&tick["a"]["least"], &tick["b"]["least"]), (&12.6.into(), &25.2.into()));
+        assert_eq!(tick["a"]["repeats"], 4);
+    }
+
+    #[test]
+    fn files_are_compared_as_they_were_printed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["a.json", "b.json"].map(|name| folder.path().join(name));
+        fs::write(&a, serde_json::to_string(&example::results()).unwrap()).unwrap();
+        fs::write(&b, serde_json::to_string_pretty(&slower(1.2)).unwrap()).unwrap();
+        for json in [false, true] {
+            run(&Args { a: a.clone(), b: b.clone(), json }).unwrap();
+        }
+        assert_eq!(read(&b).unwrap(), slower(1.2));
+    }
+
+    #[test]
     fn the_text_fits_a_terminal() {
         let text = Comparison::of(&example::results(), &slower(2.0)).to_text();
         for line in text.lines() {
             assert!(line.chars().count() <= 110, "{}: {line}", line.chars().count());
         }
-        println!("{text}");
     }
 }
