@@ -1,7 +1,10 @@
 //! ringwing: a swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation.
 
+#[expect(dead_code, reason = "nothing measures yet")]
+mod bench;
 mod clean;
 mod compare;
+mod drawing;
 mod fault_command;
 mod launcher;
 mod recover_command;

@@ -1,9 +1,12 @@
 //! The paper's figures of a flight, and ours.
 
 use super::{
-    chart::{Chart, Line, Stroke},
     flight::{Column, Flight, Track},
     table::Table,
+};
+use crate::drawing::{
+    chart::{Chart, Line, Stroke},
+    scale::Scale,
 };
 use plotters::style::{BLACK, RGBColor};
 use ringwing_recorder::palette;
@@ -349,7 +352,7 @@ fn close_up(flight: &Flight, number: usize, obstacle: &Obstacle) -> Figure {
 
 /// The same figure with a logarithmic axis; its table keeps the values.
 fn on_log_axis(mut figure: Figure) -> Figure {
-    figure.chart.is_log = true;
+    figure.chart.y_scale = Scale::Powers;
     for line in &mut figure.chart.lines {
         for point in line.points.iter_mut().flatten() {
             point.1 = point.1.max(FLOOR).log10();

@@ -1,6 +1,5 @@
 //! `ringwing review`: the verdict and the figures of a flight, from its log alone.
 
-mod chart;
 mod figures;
 mod flight;
 mod page;

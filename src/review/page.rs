@@ -1,16 +1,11 @@
-//! The page: one file of HTML that loads nothing.
+//! The page of a flight: what is said of it, its figures, and what happened.
 
 use super::flight::{Flight, Happening};
+use crate::drawing::html::{self, escaped};
 use std::fmt::Write;
 
 /// Events that the page lists; all are in the table beside it.
 const LISTED: usize = 200;
-
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#222;max-width:1000px;margin:2em auto;padding:0 1em}\
-pre{font:13px/1.45 ui-monospace,monospace;background:#f6f6f4;padding:1em;overflow-x:auto;border-radius:6px}\
-figure{margin:2.2em 0;border-top:1px solid #ddd;padding-top:.6em}figcaption{color:#555}h2{font-size:1.15em;margin:.3em 0}\
-svg{max-width:100%;height:auto}table{border-collapse:collapse;font-size:13px}td{padding:.15em .9em .15em 0;vertical-align:top}\
-.number{text-align:right;white-space:nowrap}a{color:#0072b2}";
 
 /// A figure, drawn.
 pub(super) struct Drawn {
@@ -22,18 +17,18 @@ pub(super) struct Drawn {
 
 /// The whole page.
 pub(super) fn page(flight: &Flight, figures: &[Drawn]) -> String {
-    let title = escaped(&flight.scenario.name);
-    let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>ringwing: {title}</title>\n\
-         <style>{STYLE}</style></head>\n<body><h1>{title}</h1>\n<p>{}</p>\n<pre>{}</pre>\n",
+    let title = &flight.scenario.name;
+    let mut body = format!(
+        "<h1>{}</h1>\n<p>{}</p>\n<pre>{}</pre>\n",
+        escaped(title),
         escaped(&flight.scenario.description),
         escaped(&flight.summary.to_string()),
     );
     for figure in figures {
-        push_figure(&mut page, figure);
+        push_figure(&mut body, figure);
     }
-    push_happenings(&mut page, &flight.happenings);
-    page + "</body></html>\n"
+    push_happenings(&mut body, &flight.happenings);
+    html::page(title, &body)
 }
 
 fn push_figure(page: &mut String, Drawn { name, title, text, svg }: &Drawn) {
@@ -58,9 +53,4 @@ fn push_happenings(page: &mut String, happenings: &[Happening]) {
     if let Some(more) = happenings.len().checked_sub(LISTED).filter(|more| *more > 0) {
         let _ = writeln!(page, "<p>and {more} more in <a href=\"events.csv\">events.csv</a></p>");
     }
-}
-
-/// `text` as HTML shows it.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -2,64 +2,68 @@
 //!
 //! Never draws more points than a picture can show; what is left out keeps every peak.
 
-use plotters::{
-    coord::{Shift, types::RangedCoordf64},
-    prelude::*,
-};
+use super::scale::{Axis, Scale};
+use plotters::{coord::Shift, prelude::*};
 
 /// Plotters places by whole pixels: drawn this much larger, curves are smooth.
-const SCALE: u32 = 4;
-const WIDTH: u32 = 960;
+pub(super) const SCALE: u32 = 4;
+pub(super) const WIDTH: u32 = 960;
 const LEGEND: u32 = 170;
-const LETTERS: u32 = 13;
+pub(super) const LETTERS: u32 = 13;
 const HEIGHT: u32 = 320;
 /// Of the legend.
 const ROW: u32 = 19;
 /// What the axes and margins take of width and height.
 const AXES: (u32, u32) = (84, 66);
 
-type Fault = Box<dyn std::error::Error + Send + Sync>;
+/// Why a picture could not be drawn.
+pub(crate) type Fault = Box<dyn std::error::Error + Send + Sync>;
 
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stroke {
+pub(crate) enum Stroke {
     /// Through.
     Solid,
     /// Broken: limits and wishes.
     Dashed,
+    /// Through, with a dot at each point: what lies between was not measured.
+    Dotted,
     /// Through, and everything within.
     Filled,
 }
 
 /// One line; it breaks where there is no point.
 #[derive(Debug, Clone)]
-pub(super) struct Line {
-    pub(super) name: String,
-    pub(super) colour: RGBColor,
-    pub(super) stroke: Stroke,
-    pub(super) points: Vec<Option<(f64, f64)>>,
+pub(crate) struct Line {
+    pub(crate) name: String,
+    pub(crate) colour: RGBColor,
+    pub(crate) stroke: Stroke,
+    pub(crate) points: Vec<Option<(f64, f64)>>,
 }
 
 /// What a chart shows.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Chart {
-    pub(super) x: &'static str,
-    pub(super) y: &'static str,
-    pub(super) lines: Vec<Line>,
+pub(crate) struct Chart {
+    pub(crate) x: &'static str,
+    pub(crate) y: &'static str,
+    pub(crate) lines: Vec<Line>,
     /// One metre is as long on both axes.
-    pub(super) is_map: bool,
-    /// The values are logarithms to base 10.
-    pub(super) is_log: bool,
+    pub(crate) is_map: bool,
+    /// What the values along x stand for.
+    pub(crate) x_scale: Scale,
+    /// What the values along y stand for.
+    pub(crate) y_scale: Scale,
     /// The values are rows without a number.
-    pub(super) is_rows: bool,
+    pub(crate) is_rows: bool,
     /// Points of a line at most.
-    pub(super) detail: usize,
+    pub(crate) detail: usize,
 }
 
+/// From where to where an axis goes.
 #[derive(Clone, Copy)]
-struct Extent {
-    low: f64,
-    high: f64,
+pub(super) struct Extent {
+    pub(super) low: f64,
+    pub(super) high: f64,
 }
 
 impl Extent {
@@ -71,7 +75,7 @@ impl Extent {
         if extent.low > extent.high { Self { low: 0.0, high: 1.0 } } else { extent }
     }
 
-    fn size(self) -> f64 {
+    pub(super) fn size(self) -> f64 {
         self.high - self.low
     }
 
@@ -84,7 +88,7 @@ impl Extent {
 
 impl Chart {
     /// The picture.
-    pub(super) fn svg(&self) -> Result<String, Fault> {
+    pub(crate) fn svg(&self) -> Result<String, Fault> {
         let points = || self.lines.iter().flat_map(|line| line.points.iter().flatten());
         let mut x = Extent::of(points().map(|(x, _)| *x));
         let mut y = Extent::of(points().map(|(_, y)| *y));
@@ -128,20 +132,16 @@ impl Chart {
 
     fn draw_plot(&self, area: &Area, x: Extent, y: Extent) -> Result<(), Fault> {
         let font = ("sans-serif", LETTERS * SCALE);
+        let rows = if self.is_rows { 0 } else { 7 };
         let mut chart = ChartBuilder::on(area)
             .margin(10 * SCALE)
             .x_label_area_size(46 * SCALE)
             .y_label_area_size(64 * SCALE)
-            .build_cartesian_2d(x.low..x.high, y.low..y.high)?;
-        let y_label = |value: &f64| self.y_label(*value);
+            .build_cartesian_2d(Axis::new(self.x_scale, x, 10), Axis::new(self.y_scale, y, rows))?;
         chart
             .configure_mesh()
             .x_desc(self.x)
             .y_desc(self.y)
-            .x_labels(10)
-            .y_labels(if self.is_rows { 0 } else { 7 })
-            .x_label_formatter(&|value| plain(*value))
-            .y_label_formatter(&y_label)
             .label_style(font)
             .axis_desc_style(font)
             .axis_style(BLACK.stroke_width(SCALE))
@@ -156,14 +156,6 @@ impl Chart {
         Ok(())
     }
 
-    fn y_label(&self, value: f64) -> String {
-        if !self.is_log {
-            return plain(value);
-        }
-        let is_whole = (value - value.round()).abs() < 1e-6;
-        if is_whole { format!("1e{}", value.round()) } else { String::new() }
-    }
-
     fn draw_legend(&self, area: &Area) -> Result<(), Fault> {
         for (index, line) in (0..).zip(self.legend()) {
             let row = ((20 + ROW * index) * SCALE).cast_signed();
@@ -176,7 +168,7 @@ impl Chart {
 }
 
 /// A length as it is drawn.
-fn at(pixels: u32) -> i32 {
+pub(super) fn at(pixels: u32) -> i32 {
     (pixels * SCALE).cast_signed()
 }
 
@@ -185,6 +177,10 @@ fn draw_part(chart: &mut Plot, line: &Line, part: Vec<(f64, f64)>) -> Result<(),
     let style = line.colour.stroke_width(2 * SCALE - SCALE / 2);
     match line.stroke {
         Stroke::Solid => drop(chart.draw_series(LineSeries::new(part, style))?),
+        Stroke::Dotted => {
+            let dots = LineSeries::new(part, style.filled()).point_size(3 * SCALE);
+            chart.draw_series(dots)?;
+        }
         Stroke::Dashed => drop(chart.draw_series(DashedLineSeries::new(part, at(6), at(4), style))?),
         Stroke::Filled => {
             let inside = Polygon::new(part, line.colour.mix(0.5).filled());
@@ -200,7 +196,7 @@ fn draw_sample(area: &Area, line: &Line, row: i32) -> Result<(), Fault> {
     let dash = |from, to| area.draw(&PathElement::new([(at(from), row), (at(to), row)], style));
     match line.stroke {
         Stroke::Dashed => [(4, 11), (15, 22), (26, 30)].iter().try_for_each(|(from, to)| dash(*from, *to))?,
-        Stroke::Solid => dash(4, 30)?,
+        Stroke::Solid | Stroke::Dotted => dash(4, 30)?,
         Stroke::Filled => {
             let corners = [(at(4), row - at(5)), (at(30), row + at(5))];
             area.draw(&Rectangle::new(corners, line.colour.mix(0.5).filled()))?;
@@ -209,21 +205,14 @@ fn draw_sample(area: &Area, line: &Line, row: i32) -> Result<(), Fault> {
     Ok(())
 }
 
-type Plot<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Plot<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// The picture at its own size, drawn larger within; lines bend round.
-fn sized(svg: &str, height: u32) -> String {
+pub(super) fn sized(svg: &str, height: u32) -> String {
     let drawn = format!("<svg width=\"{}\" height=\"{}\"", WIDTH * SCALE, height * SCALE);
     let wanted = format!("<svg width=\"{WIDTH}\" height=\"{height}\" stroke-linejoin=\"round\"");
     svg.replacen(&drawn, &wanted, 1)
-}
-
-/// A number without idle zeros.
-fn plain(value: f64) -> String {
-    let text = format!("{value:.4}");
-    let short = text.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" { "0".into() } else { short.into() }
 }
 
 /// At most about `most` points: of each stretch the lowest and the highest; breaks are kept.
@@ -271,10 +260,5 @@ mod tests {
         assert!(kept.len() <= 402, "{}", kept.len());
         assert!(kept.contains(&Some((5_003.0, 9.0))));
         assert_eq!(parts(&kept).len(), 2);
-    }
-
-    #[test]
-    fn numbers_on_axes_are_short() {
-        assert_eq!([plain(10.0), plain(-0.00001), plain(0.25)], ["10", "0", "0.25"]);
     }
 }
