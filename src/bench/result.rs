@@ -150,6 +150,37 @@ pub(crate) enum Hop {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Samples(pub(crate) Histogram<u64>);
 
+impl Default for Samples {
+    fn default() -> Self {
+        Self(Histogram::new(3).expect("three significant digits make a histogram"))
+    }
+}
+
+impl Samples {
+    /// Adds a sample.
+    pub(crate) fn record(&mut self, nanoseconds: u64) {
+        self.0.record(nanoseconds).expect("a histogram that grows takes every number");
+    }
+}
+
+/// Each value, and how often it was there.
+impl Serialize for Samples {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let values = self.0.iter_recorded();
+        serializer.collect_seq(values.map(|value| (value.value_iterated_to(), value.count_at_value())))
+    }
+}
+
+impl<'de> Deserialize<'de> for Samples {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut samples = Self::default();
+        for (value, count) in Vec::<(u64, u64)>::deserialize(deserializer)? {
+            samples.0.record_n(value, count).map_err(serde::de::Error::custom)?;
+        }
+        Ok(samples)
+    }
+}
+
 /// A piece of the repeat's time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Piece {
