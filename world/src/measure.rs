@@ -24,6 +24,12 @@ pub struct MeasureArgs {
 
 /// How many times as many ticks as the warm-up promises have room from the beginning.
 const ROOM: f64 = 1.5;
+/// A warm-up that is shorter promises nothing.
+const SHORTEST_PROMISE_NS: u64 = 10_000_000;
+/// Room for so many ticks then.
+const UNPROMISED_TICKS: usize = 10_000;
+/// No more room than for so many answers is made beforehand: 768 MB.
+const MOST_STEPS: usize = 16 << 20;
 
 /// A measurement, of the world or of whatever opens ticks in its place.
 pub struct Measure {
@@ -116,13 +122,22 @@ impl Measure {
 
     /// Makes room, and touches it, so that the kernel finds no page to hand out while ticks are measured.
     fn reserve(&mut self) {
-        let longer = self.measure_ns as f64 / self.warm_up_ns.max(1) as f64;
-        let ticks = ((self.warm_up_ticks + 10) as f64 * longer * ROOM) as usize;
+        let agents = self.parts.iter().filter(|part| matches!(part, Part::Agent(_))).count().max(1);
+        let ticks = self.expected_ticks().min(MOST_STEPS / agents);
+        // Not zeros, which the kernel would hand out when they are written.
         self.trace.ticks.resize(ticks, TickRecord { tick: 1, ..TickRecord::default() });
         self.trace.ticks.clear();
-        let steps = ticks * self.parts.len();
-        self.trace.steps.resize(steps, StepRecord { tick: 1, ..StepRecord::default() });
+        self.trace.steps.resize(ticks * agents, StepRecord { tick: 1, ..StepRecord::default() });
         self.trace.steps.clear();
+    }
+
+    /// As the warm-up promises, if it was long enough to promise anything.
+    fn expected_ticks(&self) -> usize {
+        if self.warm_up_ns < SHORTEST_PROMISE_NS {
+            return UNPROMISED_TICKS;
+        }
+        let times = self.measure_ns as f64 / self.warm_up_ns as f64;
+        ((self.warm_up_ticks + 10) as f64 * times * ROOM) as usize
     }
 
     fn end(&mut self, gate: &Gate, now_ns: u64) {
