@@ -49,6 +49,14 @@ impl Bench {
         found
     }
 
+    /// The processes that measure one case each; those of before are gone.
+    pub fn cases(&self) -> Vec<u32> {
+        let is_case = |(_, parent, line): &(u32, u32, String)| {
+            *parent == self.child.id() && line.contains(" bench-case ")
+        };
+        processes().into_iter().filter(is_case).map(|(process, ..)| process).collect()
+    }
+
     /// Waits for a process whose command line has `text` in it.
     pub fn wait_for(&self, text: &str) -> (u32, String) {
         wait_until(&format!("there is a process with {text:?}"), || {
