@@ -19,7 +19,7 @@ pub(crate) struct Placement {
     /// Pin each process to one processor, round robin
     #[arg(long)]
     pub(crate) pin: bool,
-    /// Run the processes in real-time class SCHED_FIFO with this priority, where that is permitted
+    /// Run the processes in real-time class `SCHED_FIFO` with this priority, where that is permitted
     #[arg(long, value_name = "1 TO 99", value_parser = clap::value_parser!(u8).range(1..=99))]
     pub(crate) priority: Option<u8>,
 }
@@ -94,7 +94,9 @@ mod tests {
     #[test]
     fn processes_take_turns_at_the_processors_there_are() {
         let mut all = CpuSet::new();
-        [1, 5, 6].into_iter().for_each(|cpu| all.set(cpu));
+        for cpu in [1, 5, 6] {
+            all.set(cpu);
+        }
         for (place, cpu) in [(0, 1), (1, 5), (2, 6), (3, 1)] {
             let one = one_of(&all, place);
             assert!(one.is_set(cpu) && one.count() == 1, "place {place}");

@@ -112,7 +112,9 @@ fn hops(case: &Case, trace: &Trace, delays: &[Delay]) -> BTreeMap<Hop, Samples> 
             record(Hop::Return, step.sent_ns, step.seen_ns);
         }
     }
-    delays.iter().for_each(|delay| record(Hop::Tick, 0, delay.delay_ns));
+    for delay in delays {
+        record(Hop::Tick, 0, delay.delay_ns);
+    }
     hops
 }
 

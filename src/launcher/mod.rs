@@ -30,6 +30,7 @@ use std::{
 
 /// What to launch.
 #[derive(Debug, Clone)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 pub(crate) struct Plan {
     /// The scenario to fly, validated.
     pub(crate) scenario: Scenario,
