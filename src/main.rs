@@ -1,12 +1,12 @@
 //! ringwing: a swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation.
 
-#[expect(dead_code, reason = "nothing measures yet")]
 mod bench;
 mod clean;
 mod compare;
 mod drawing;
 mod fault_command;
 mod launcher;
+mod placement;
 mod recover_command;
 mod review;
 mod run;
@@ -40,6 +40,8 @@ enum Verb {
     Verify(verify::Args),
     /// Show two logs' metrics side by side
     Compare(compare::Args),
+    /// Measure how long a tick takes, and what other transports would have cost
+    Bench(Box<bench::Args>),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::Args),
     /// List, show or check scenarios
@@ -61,6 +63,12 @@ enum Verb {
     /// (process) Fly the virtual leader of a run
     #[command(display_order = 102)]
     Leader(ringwing_leader::Args),
+    /// (process) Measure one case of a benchmark
+    #[command(hide = true)]
+    BenchCase(Box<bench::case::Args>),
+    /// (process) Answer ticks in an agent's place
+    #[command(hide = true)]
+    BenchPeer(Box<bench::transport::peer::Args>),
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::Args),
@@ -90,6 +98,9 @@ fn main() -> ExitCode {
         Verb::Review(args) => ("", review::run(&args)),
         Verb::Verify(args) => ("", verify::run(&args)),
         Verb::Compare(args) => ("", compare::run(&args)),
+        Verb::Bench(args) => ("", bench::run(&args)),
+        Verb::BenchCase(args) => ("bench: ", bench::case::run(&args)),
+        Verb::BenchPeer(args) => ("bench: ", bench::transport::peer::run(&args).map(|()| ExitCode::SUCCESS)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
         Verb::Clean => ("", clean::run()),

@@ -3,6 +3,7 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
+    placement::Placement,
     summary::Summary,
 };
 use ringwing_messages::{Part, UavId};
@@ -100,6 +101,9 @@ fn plan(args: &Args) -> anyhow::Result<Plan> {
         timing: !args.no_timing,
         by_hand: args.by_hand.iter().copied().collect(),
         quiet: args.json,
+        recorder: true,
+        measure: None,
+        placement: Placement::default(),
     })
 }
 

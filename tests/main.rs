@@ -5,6 +5,7 @@
 
 mod harness;
 
+mod bench;
 mod command_line;
 mod dead_reckoning;
 mod dependencies;

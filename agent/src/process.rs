@@ -2,7 +2,7 @@
 
 use crate::{Pilot, faults::Faults, ports::Ports};
 use ringwing_messages::{
-    BusError, DomainId, Member, Part, Stamps, UavId, Wait, gate::Patience, monotonic_ns,
+    Ballast, BusError, DomainId, Member, Part, Stamps, UavId, Wait, Wake, Waker, monotonic_ns,
 };
 use ringwing_scenario::{Scenario, ScenarioError};
 
@@ -50,17 +50,21 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
     }
     let mut pilot = Pilot::new(&scenario, uav);
     let mut ports = Ports::open(&member, uav, &scenario)?;
-    let mut patience = if scenario.time.real_time { Patience::calm() } else { Patience::eager() };
+    let mut waker = Waker::of_answerer(&member, wake(&scenario), scenario.time.real_time)?;
+    let ballast = ballast(&member, uav, scenario.ipc.payload_bytes)?;
     let mut faults = Faults::new(scenario, uav);
     let gate = member.attend()?;
     let mut seen = gate.missed();
-    while let Wait::Tick(tick) = gate.wait(seen, &mut patience, member.stop()) {
+    while let Wait::Tick(tick) = waker.wait(&gate, seen, member.stop())? {
         let woke_ns = monotonic_ns();
         if let Some(news) = faults.news(&member, &gate)? {
             ports.set_faults(news);
         }
         ports.receive(&mut pilot, tick)?;
         ports.receive_leader(&mut pilot, &member, &gate, tick)?;
+        if let Some(ballast) = &ballast {
+            ballast.receive()?;
+        }
         let read_ns = monotonic_ns();
         faults.dawdle(tick);
         ports.send_counts(&member, tick)?;
@@ -69,11 +73,28 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
         ports.listen_to(&member, pilot.listened())?;
         if let Some(decision) = decision {
             let stamps = Stamps { woke_ns, read_ns, sent_ns: monotonic_ns() };
+            if let Some(ballast) = &ballast {
+                ballast.send(tick)?;
+            }
             ports.state.send(decision.state, stamps)?;
             ports.command.send(decision.command, stamps)?;
         }
         gate.answer();
+        waker.answered()?;
         seen = Some(tick);
     }
     Ok(())
+}
+
+fn wake(scenario: &Scenario) -> Wake {
+    match scenario.ipc.wake {
+        ringwing_scenario::Wake::Gate => Wake::Gate,
+        ringwing_scenario::Wake::Spin => Wake::Spin,
+        ringwing_scenario::Wake::Event => Wake::Event,
+    }
+}
+
+/// The agent's end of the ballast, where some is carried.
+fn ballast(member: &Member, uav: UavId, bytes: u32) -> Result<Option<Ballast>, BusError> {
+    (bytes > 0).then(|| Ballast::of_agent(member.node(), uav, bytes)).transpose()
 }

@@ -2,7 +2,7 @@
 
 use crate::Path;
 use ringwing_messages::{
-    BusError, DomainId, Member, Part, Stamps, Tick, Wait, channel, gate::Patience, monotonic_ns,
+    BusError, DomainId, Member, Part, Stamps, Tick, Wait, Wake, Waker, channel, monotonic_ns,
 };
 use ringwing_scenario::{Scenario, ScenarioError};
 
@@ -34,10 +34,10 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
     let scenario = Scenario::resolved(&member.domain().scenario()?)?;
     let path = Path::new(&scenario);
     let publisher = channel::leader(scenario.formation.uavs).publisher(member.node())?;
-    let mut patience = if scenario.time.real_time { Patience::calm() } else { Patience::eager() };
+    let mut waker = Waker::of_answerer(&member, wake(&scenario), scenario.time.real_time)?;
     let gate = member.attend()?;
     let mut seen = gate.missed();
-    while let Wait::Tick(tick) = gate.wait(seen, &mut patience, member.stop()) {
+    while let Wait::Tick(tick) = waker.wait(&gate, seen, member.stop())? {
         let woke_ns = monotonic_ns();
         let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() };
         if seen.is_none() && tick > Tick::APPROACH {
@@ -46,7 +46,16 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
         }
         publisher.send(path.at(tick), stamps())?;
         gate.answer_as_leader(tick);
+        waker.answered()?;
         seen = Some(tick);
     }
     Ok(())
+}
+
+fn wake(scenario: &Scenario) -> Wake {
+    match scenario.ipc.wake {
+        ringwing_scenario::Wake::Gate => Wake::Gate,
+        ringwing_scenario::Wake::Spin => Wake::Spin,
+        ringwing_scenario::Wake::Event => Wake::Event,
+    }
 }

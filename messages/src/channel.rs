@@ -4,7 +4,7 @@
 
 use crate::{
     BusError, Command, Event, FormationError, LeaderState, LinkCounts, Roster, Sensed, Stamps, TickTiming,
-    UavId, UavState,
+    UavId, UavState, ballast, waker,
 };
 use iceoryx2::{
     node::Node,
@@ -43,7 +43,7 @@ const STATE_READERS: usize = 18;
 /// Room for a restarted sender beside the dead ones that are not cleaned up yet.
 const MAX_PUBLISHERS: usize = 3;
 /// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run.
-const SPARE: usize = 6;
+pub(crate) const SPARE: usize = 6;
 /// How long a service may take to appear, or to recover from a creator that died.
 const OPEN_LIMIT: Duration = Duration::from_secs(5);
 
@@ -131,7 +131,14 @@ pub struct Services {
 
 impl Services {
     /// Creates the services of a swarm of `uavs` in the domain of `node`.
-    pub fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Self, BusError> {
+    ///
+    /// Events and ballast only where they are used: each service takes time and memory.
+    pub fn create(
+        node: &Node<ipc::Service>,
+        uavs: u32,
+        events: bool,
+        has_ballast: bool,
+    ) -> Result<Self, BusError> {
         let mut held: Vec<Box<dyn Debug>> = vec![
             Box::new(leader(uavs).create(node)?),
             Box::new(links(uavs).create(node)?),
@@ -145,6 +152,12 @@ impl Services {
             held.push(Box::new(sensed(uav).create(node)?));
             held.push(Box::new(state(uav).create(node)?));
             held.push(Box::new(command(uav).create(node)?));
+        }
+        if events {
+            held.push(Box::new(waker::create(node, uavs)?));
+        }
+        if has_ballast {
+            held.push(Box::new(ballast::create(node, uavs)?));
         }
         Ok(Self { _held: held })
     }
@@ -224,7 +237,10 @@ impl<T: Message> Channel<T> {
 }
 
 /// Tries until it succeeds, fails for good, or [`OPEN_LIMIT`] has passed.
-fn patiently<T, E>(attempt: impl Fn() -> Result<T, E>, is_passing: impl Fn(&E) -> bool) -> Result<T, E> {
+pub(crate) fn patiently<T, E>(
+    attempt: impl Fn() -> Result<T, E>,
+    is_passing: impl Fn(&E) -> bool,
+) -> Result<T, E> {
     let start = Instant::now();
     loop {
         match attempt() {

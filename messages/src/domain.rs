@@ -154,6 +154,11 @@ impl Domain {
         self.root().join("requests")
     }
 
+    /// Where a benchmark has words of shared memory for what it compares a run with.
+    pub fn words_path(&self) -> PathBuf {
+        self.root().join("words")
+    }
+
     /// Whether the run's launcher lives: it holds the lock.
     pub fn has_launcher(&self) -> bool {
         let lock = fs::File::open(self.id.lock_path());

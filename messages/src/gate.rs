@@ -3,7 +3,7 @@
 //! A wake-up hint and an attendance list, nothing more: data, and the truth about which agent has answered, are in the
 //! stamped samples. A process that is killed anywhere in here costs the others a system call, never a hang.
 
-use crate::{BusError, Part, StopFlag, Tick, payload::MAX_UAVS};
+use crate::{BusError, Part, Patience, StopFlag, Tick, payload::MAX_UAVS};
 use memmap2::MmapRaw;
 use rustix::{
     io::Errno,
@@ -14,7 +14,7 @@ use std::{
     fs::OpenOptions,
     path::Path,
     sync::atomic::{AtomicI64, AtomicU32, Ordering::SeqCst},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// A word on a cache line of its own, so that its writers disturb no other word's readers.
@@ -141,7 +141,7 @@ impl Gate {
     /// Waits until all expected answers are in, at most for `limit`, or until somebody nudges the world.
     pub fn wait_for_answers(&self, patience: &mut Patience, limit: Duration) {
         let page = self.page();
-        if patience.yield_until(|| self.is_answered()) {
+        if patience.yield_until(|| self.is_answered()) || patience.is_restless() {
             return;
         }
         page.world_sleeps.0.store(1, SeqCst);
@@ -211,6 +211,9 @@ impl Gate {
     pub fn wait(&self, seen: Option<Tick>, patience: &mut Patience, stop: &StopFlag) -> Wait {
         let page = self.page();
         let old = seen.map_or(0, round_of);
+        while patience.is_restless() && page.round.0.load(SeqCst) == old && !stop.is_set() {
+            patience.yield_until(|| page.round.0.load(SeqCst) != old);
+        }
         if !patience.yield_until(|| page.round.0.load(SeqCst) != old) {
             page.sleepers.0.fetch_add(1, SeqCst);
             while page.round.0.load(SeqCst) == old && !stop.is_set() {
@@ -218,7 +221,17 @@ impl Gate {
             }
             page.sleepers.0.fetch_sub(1, SeqCst);
         }
-        match page.round.0.load(SeqCst) {
+        self.look(stop)
+    }
+
+    /// What there is at the gate now, if that is another tick than `seen`, or its end.
+    pub(crate) fn news(&self, seen: Option<Tick>, stop: &StopFlag) -> Option<Wait> {
+        let is_new = self.page().round.0.load(SeqCst) != seen.map_or(0, round_of) || stop.is_set();
+        is_new.then(|| self.look(stop))
+    }
+
+    fn look(&self, stop: &StopFlag) -> Wait {
+        match self.page().round.0.load(SeqCst) {
             _ if stop.is_set() => Wait::Stopped,
             CLOSED => Wait::Closed,
             round => Wait::Tick(tick_of(round)),
@@ -359,66 +372,6 @@ fn sleep_on(word: &AtomicU32, old: u32, limit: Duration) {
     }
 }
 
-/// Decides whether to give way to others for a moment before sleeping, from what that brought lately.
-///
-/// Where processes alternate on few cores, `sched_yield` hands over in a fraction of the time a sleep takes; beside a
-/// busy foreign process it gives away whole time slices. So yields are tried only while they pay.
-#[derive(Debug)]
-pub struct Patience {
-    yields: u32,
-    waits_until_retry: u32,
-}
-
-impl Patience {
-    const MOST_YIELDS: u32 = 20;
-    const RETRY_AFTER_WAITS: u32 = 256;
-    /// A yield that takes this long has run somebody else's time slice.
-    const LONG_YIELD: Duration = Duration::from_micros(500);
-
-    /// For waits that end within microseconds, as in lockstep.
-    pub fn eager() -> Self {
-        Self { yields: Self::MOST_YIELDS, waits_until_retry: Self::RETRY_AFTER_WAITS }
-    }
-
-    /// For waits that take milliseconds, as in real time: sleep at once, always.
-    pub fn calm() -> Self {
-        Self { yields: 0, waits_until_retry: u32::MAX }
-    }
-
-    /// Yields until `condition` holds; false when it is time to sleep instead.
-    fn yield_until(&mut self, condition: impl Fn() -> bool) -> bool {
-        if condition() {
-            return true;
-        }
-        if self.yields == 0 && !self.is_time_to_retry() {
-            return false;
-        }
-        let start = Instant::now();
-        for _ in 0..self.yields {
-            std::thread::yield_now();
-            if condition() {
-                self.learn(start.elapsed() < Self::LONG_YIELD);
-                return true;
-            }
-        }
-        self.learn(false);
-        false
-    }
-
-    fn is_time_to_retry(&mut self) -> bool {
-        self.waits_until_retry =
-            self.waits_until_retry.saturating_sub(u32::from(self.waits_until_retry < u32::MAX));
-        if self.waits_until_retry == 0 {
-            *self = Self::eager();
-        }
-        self.yields > 0
-    }
-
-    fn learn(&mut self, paid: bool) {
-        self.yields = if paid { (self.yields * 2).clamp(1, Self::MOST_YIELDS) } else { self.yields / 2 };
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -484,28 +437,5 @@ mod tests {
         std::fs::write(&path, [0; 64]).unwrap();
         let error = Gate::open(&path).err().unwrap();
         assert!(error.to_string().contains("shorter than a tick gate"), "{error}");
-    }
-
-    #[test]
-    fn patience_ends_while_yields_do_not_pay_and_comes_back() {
-        let mut patience = Patience::eager();
-        for _ in 0..10 {
-            assert!(!patience.yield_until(|| false));
-        }
-        assert_eq!(patience.yields, 0);
-        let comes_back = (0..Patience::RETRY_AFTER_WAITS).any(|_| {
-            patience.yield_until(|| false);
-            patience.yields > 0
-        });
-        assert!(comes_back);
-    }
-
-    #[test]
-    fn the_calm_never_yield() {
-        let mut patience = Patience::calm();
-        for _ in 0..1000 {
-            assert!(!patience.yield_until(|| false));
-        }
-        assert_eq!(patience.yields, 0);
     }
 }

@@ -58,7 +58,7 @@ impl Part {
     }
 
     /// Position in arrays that hold one entry for each part.
-    pub(crate) fn index(self) -> usize {
+    pub fn index(self) -> usize {
         match self {
             Self::World => 0,
             Self::Leader => 1,

@@ -139,7 +139,7 @@ fn raise_open_files_limit() -> Result<(), BusError> {
 }
 
 /// Lets the kernel kill this process when its launcher ends, however that ends: also when this process is stopped.
-fn die_with(launcher: u32) -> Result<(), BusError> {
+pub fn die_with(launcher: u32) -> Result<(), BusError> {
     set_parent_process_death_signal(Some(Signal::KILL)).map_err(|errno| BusError::System {
         what: "cannot tie this process to its launcher",
         source: errno.into(),

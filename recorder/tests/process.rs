@@ -40,7 +40,7 @@ impl Everybody {
         let node = create_node(owner.domain(), "everybody").unwrap();
         Self {
             scenario,
-            _services: Services::create(&node, UAVS).unwrap(),
+            _services: Services::create(&node, UAVS, false, false).unwrap(),
             sensed: UavId::all(UAVS).map(|uav| channel::sensed(uav).publisher(&node).unwrap()).collect(),
             commands: UavId::all(UAVS).map(|uav| channel::command(uav).publisher(&node).unwrap()).collect(),
             leader: channel::leader(UAVS).publisher(&node).unwrap(),

@@ -17,9 +17,9 @@ impl Formation {
     /// A ring of `count` slots, `spacing_m` (L) apart, the first at bearing `bearing_rad` (alpha) from the centre.
     ///
     /// # Panics
-    /// If `count` is below 3 or `spacing_m` is not positive: a validated scenario has neither.
+    /// If `count` is 0 or `spacing_m` is not positive: a validated scenario has neither.
     pub fn new(count: u32, spacing_m: f64, bearing_rad: f64) -> Self {
-        assert!(count >= 3 && spacing_m > 0.0, "no ring of {count} slots {spacing_m} m apart");
+        assert!(count >= 1 && spacing_m > 0.0, "no ring of {count} slots {spacing_m} m apart");
         Self { count, spacing_m, bearing_rad }
     }
 
@@ -38,8 +38,11 @@ impl Formation {
         self.radius_of_m(self.count)
     }
 
-    /// The radius of a ring of `count` slots with the same spacing.
+    /// The radius of a ring of `count` slots with the same spacing; a single one is in the centre.
     pub(crate) fn radius_of_m(&self, count: u32) -> f64 {
+        if count == 1 {
+            return 0.0;
+        }
         self.spacing_m / (2.0 * libm::sin(PI / f64::from(count)))
     }
 

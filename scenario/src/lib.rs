@@ -33,13 +33,13 @@ pub use fault::{Action, Fault, schedule::Schedule};
 pub use formation::Formation;
 pub use living::{LivingRing, Slot};
 pub use model::{
-    Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Georeference, Law, Leader,
+    Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Georeference, Ipc, Law, Leader,
     Membership, Obstacle, OnLoss, Requirements, Scenario, Sensing, Start, StartState, Supervision, Switches,
-    Time,
+    Time, Wake,
 };
 pub use motion::{Pose, direction, wrap};
 pub use preset::Preset;
 pub use problem::{Place, Problem, ScenarioError};
 pub use setting::Setting;
 pub use source::Source;
-pub use validate::{UAVS_MAX, UAVS_MIN};
+pub use validate::{PAYLOAD_MAX_BYTES, UAVS_MAX, UAVS_MIN};

@@ -31,6 +31,8 @@ pub struct Scenario {
     pub sensing: Sensing,
     /// How long the run waits for a process.
     pub supervision: Supervision,
+    /// How its processes talk to each other.
+    pub ipc: Ipc,
     /// What the flight must achieve; a run that does not ends with exit code 3.
     pub requirements: Requirements,
     /// Where the UAVs begin.
@@ -235,6 +237,30 @@ pub struct Supervision {
     pub replacements: u32,
 }
 
+/// How the processes of the run talk to each other: what flies is the same, to the bit, whatever is chosen.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ipc {
+    /// How processes wait for a tick, and the world for its answers.
+    pub wake: Wake,
+    /// Bytes that go each way between the world and every agent in each tick beside the messages, for measurements.
+    pub payload_bytes: u32,
+    /// Fewer UAVs than make a ring may fly, for measurements: one in the centre, or two on either side of it.
+    pub few_uavs: bool,
+}
+
+/// How processes wait for a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Wake {
+    /// At the gate: yields while that pays, then sleeps on a futex.
+    Gate,
+    /// At the gate, never sleeping.
+    Spin,
+    /// On iceoryx2's own events.
+    Event,
+}
+
 /// What the flight must achieve; what is left out is not required.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -377,6 +403,7 @@ impl Default for Scenario {
             georeference: Georeference::default(),
             sensing: Sensing::default(),
             supervision: Supervision::default(),
+            ipc: Ipc::default(),
             requirements: Requirements::default(),
             start: Start::default(),
             obstacles: Vec::new(),
@@ -458,6 +485,12 @@ impl Default for Sensing {
 impl Default for Supervision {
     fn default() -> Self {
         Self { start_timeout_s: 10.0, answer_timeout_s: 2.0, replacements: 10 }
+    }
+}
+
+impl Default for Ipc {
+    fn default() -> Self {
+        Self { wake: Wake::Gate, payload_bytes: 0, few_uavs: false }
     }
 }
 

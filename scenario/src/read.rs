@@ -310,7 +310,7 @@ braking_distance_m = 20
             problems(text, &settings),
             r#"
 scenario "wind.toml", line 2: name: has other characters than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-scenario "wind.toml", line 3: colour: no such key; known here are airframe, control, description, faults, formation, georeference, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
+scenario "wind.toml", line 3: colour: no such key; known here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
 scenario "wind.toml", line 5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
 scenario "wind.toml", line 6: time.rate_hz: 99.5 is no whole number: give a whole number of hertz, such as 100
 scenario "wind.toml", line 8: formation.uavs: 2 is not within 3 to 1024: give one that is

@@ -16,6 +16,8 @@ pub const UAVS_MIN: u32 = 3;
 /// The largest ring.
 pub const UAVS_MAX: u32 = 1024;
 const OBSTACLES_MAX: usize = 1000;
+/// The most that goes each way beside the messages of a tick.
+pub const PAYLOAD_MAX_BYTES: u32 = 65_536;
 const RATE_MAX_HZ: f64 = 1000.0;
 const DURATION_MAX_S: f64 = 24.0 * 3600.0;
 const TIMEOUT_MAX_S: f64 = 3600.0;
@@ -34,6 +36,7 @@ pub(crate) fn flaws(scenario: &Scenario) -> Vec<Flaw> {
     flaws.extend(airframe(scenario));
     flaws.extend(georeference(scenario));
     flaws.extend(supervision(scenario));
+    flaws.extend(ipc(scenario));
     flaws.extend(requirements(scenario));
     flaws.extend(draw(scenario));
     flaws.extend(obstacles(scenario));
@@ -80,8 +83,9 @@ fn time(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
 
 fn formation(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     let formation = &scenario.formation;
+    let fewest = if scenario.ipc.few_uavs { 1 } else { UAVS_MIN };
     [
-        quantity("formation.uavs", formation.uavs).within(f64::from(UAVS_MIN)..=f64::from(UAVS_MAX)),
+        quantity("formation.uavs", formation.uavs).within(f64::from(fewest)..=f64::from(UAVS_MAX)),
         quantity("formation.spacing_m", formation.spacing_m).above_zero(),
         angle("formation.bearing_deg", formation.bearing_deg),
     ]
@@ -189,6 +193,10 @@ fn georeference(scenario: &Scenario) -> impl Iterator<Item = Flaw> {
     ]
     .into_iter()
     .flatten()
+}
+
+fn ipc(scenario: &Scenario) -> Option<Flaw> {
+    quantity("ipc.payload_bytes", scenario.ipc.payload_bytes).within(0.0..=f64::from(PAYLOAD_MAX_BYTES))
 }
 
 fn supervision(scenario: &Scenario) -> impl Iterator<Item = Flaw> {

@@ -20,9 +20,9 @@ use std::{
 };
 
 /// Which results to compare.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Args {
-    /// One result: what `ringwing bench --json` printed
+    /// One result: what `ringwing bench --json` printed, or left in its folder
     a: PathBuf,
     /// The other
     b: PathBuf,

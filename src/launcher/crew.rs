@@ -1,8 +1,10 @@
 //! The processes of a run: who is there, in what state, and who should be.
 
 use super::{LaunchError, Plan};
+use crate::placement::Placement;
 use ringwing_messages::{DomainId, Part, Roster, Tick, UavId, member::is_running};
 use ringwing_scenario::{Scenario, fault::schedule::Act};
+use ringwing_world::MeasureArgs;
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -72,6 +74,15 @@ struct Station {
     thawed: bool,
 }
 
+fn measure_arguments(measure: &MeasureArgs) -> impl Iterator<Item = String> {
+    let number = |number: Option<f64>| number.unwrap_or_default().to_string();
+    let file = measure.measure_into.as_ref().map(|file| {
+        ["--measure-into".into(), file.display().to_string(), "--warm-up-s".into(), number(measure.warm_up_s)]
+    });
+    let length = ["--measure-s".into(), number(measure.measure_s)];
+    file.into_iter().flatten().chain(length)
+}
+
 /// All processes of a run.
 #[derive(Debug)]
 pub(super) struct Crew {
@@ -81,6 +92,8 @@ pub(super) struct Crew {
     log: Option<PathBuf>,
     timing: bool,
     by_hand: BTreeSet<Part>,
+    measure: Option<MeasureArgs>,
+    placement: Placement,
     start_timeout: Duration,
     freeze_timeout: Duration,
     roster: Roster,
@@ -91,8 +104,9 @@ pub(super) struct Crew {
 
 impl Crew {
     pub(super) fn new(scenario: &Scenario, domain: &DomainId, log: Option<PathBuf>, plan: &Plan) -> Self {
-        let station = || Station {
-            state: State::Starting,
+        let is_wanted = |part| part != Part::Recorder || plan.recorder;
+        let station = |part| Station {
+            state: if is_wanted(part) { State::Starting } else { State::Gone },
             frozen: false,
             since: Instant::now(),
             process: None,
@@ -102,12 +116,14 @@ impl Crew {
             thawed: false,
         };
         Self {
-            stations: Part::all(scenario.formation.uavs).map(|part| (part, station())).collect(),
+            stations: Part::all(scenario.formation.uavs).map(|part| (part, station(part))).collect(),
             domain: domain.clone(),
             uavs: scenario.formation.uavs,
             log,
             timing: plan.timing,
             by_hand: plan.by_hand.clone(),
+            measure: plan.measure.clone(),
+            placement: plan.placement.clone(),
             start_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s),
             freeze_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
             roster: Roster::empty(),
@@ -130,6 +146,9 @@ impl Crew {
             arguments.extend(["--log".into(), log.display().to_string()]);
             arguments.extend((!self.timing).then(|| "--no-timing".into()));
         }
+        if let (Part::World, Some(measure)) = (part, &self.measure) {
+            arguments.extend(measure_arguments(measure));
+        }
         arguments
     }
 
@@ -139,22 +158,29 @@ impl Crew {
     }
 
     pub(super) fn spawn_all(&mut self) -> Result<(), LaunchError> {
-        let ours: Vec<Part> =
-            self.stations.keys().filter(|part| !self.by_hand.contains(part)).copied().collect();
+        let ours: Vec<Part> = self
+            .stations
+            .iter()
+            .filter(|(part, station)| station.state == State::Starting && !self.by_hand.contains(part))
+            .map(|(part, _)| *part)
+            .collect();
         ours.into_iter().try_for_each(|part| self.spawn(part))
     }
 
     fn spawn(&mut self, part: Part) -> Result<(), LaunchError> {
         // Not the path of this program: the file may be replaced by a new build while the run goes on.
-        let child = Command::new("/proc/self/exe")
+        let mut command = Command::new("/proc/self/exe");
+        command
             .arg0("ringwing")
             .args(self.arguments(part))
             .args(["--launcher", &std::process::id().to_string()])
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             // A group of its own: the terminal's Ctrl-C is for the launcher, which ends the others in order.
-            .process_group(0)
-            .spawn()
+            .process_group(0);
+        let child = self
+            .placement
+            .around(part.index(), || command.spawn())
             .map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
         let station = self.station(part);
         (station.state, station.since) = (State::Starting, Instant::now());

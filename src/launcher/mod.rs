@@ -8,6 +8,7 @@ mod janitor;
 mod notice;
 mod progress;
 
+use crate::placement::Placement;
 use crew::{Crew, End, State};
 use faults::Agenda;
 use janitor::Janitor;
@@ -18,7 +19,8 @@ use ringwing_messages::{
     WorldReport, channel, domain::DomainOwner, member::create_node, report,
 };
 use ringwing_recorder::RecorderReport;
-use ringwing_scenario::{Scenario, fault::schedule::Act};
+use ringwing_scenario::{Scenario, Wake, fault::schedule::Act};
+use ringwing_world::MeasureArgs;
 use std::{
     collections::BTreeSet,
     io,
@@ -28,6 +30,7 @@ use std::{
 
 /// What to launch.
 #[derive(Debug, Clone)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a choice of its own")]
 pub(crate) struct Plan {
     /// The scenario to fly, validated.
     pub(crate) scenario: Scenario,
@@ -41,6 +44,12 @@ pub(crate) struct Plan {
     pub(crate) by_hand: BTreeSet<Part>,
     /// Say what goes on.
     pub(crate) quiet: bool,
+    /// Start a recorder; without one nothing is known of the flight.
+    pub(crate) recorder: bool,
+    /// What the world measures of itself.
+    pub(crate) measure: Option<MeasureArgs>,
+    /// Where and how urgently the processes run.
+    pub(crate) placement: Placement,
 }
 
 /// How a run went.
@@ -104,7 +113,9 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let (owner, gate) = DomainOwner::create(&resolved)?;
     let folder = make_folder(plan, owner.domain(), &resolved)?;
     let node = create_node(owner.domain(), "launcher")?;
-    let _services = channel::Services::create(&node, plan.scenario.formation.uavs)?;
+    let Scenario { ipc, formation, .. } = &plan.scenario;
+    let events = ipc.wake == Wake::Event;
+    let _services = channel::Services::create(&node, formation.uavs, events, ipc.payload_bytes > 0)?;
     let wires = Wires::open(&node)?;
     let janitor = Janitor::start(owner.domain())?;
     let log = plan.record.then(|| folder.join(LOG));

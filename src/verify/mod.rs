@@ -7,6 +7,7 @@ mod difference;
 use crate::{
     VIOLATED,
     launcher::{Plan, launch},
+    placement::Placement,
     tell,
 };
 use anyhow::bail;
@@ -51,6 +52,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
         timing: false,
         by_hand: BTreeSet::new(),
         quiet: true,
+        recorder: true,
+        measure: None,
+        placement: Placement::default(),
     };
     let outcome = launch(&plan)?;
     if let Some(failure) = outcome.failures.first() {

@@ -1,5 +1,6 @@
 //! Flies swarms for the tests: starts the real command, watches it, and leaves nothing behind.
 
+pub mod bench;
 pub mod in_process;
 pub mod log;
 

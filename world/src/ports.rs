@@ -1,7 +1,8 @@
 //! All that the world is connected to.
 
 use ringwing_messages::{
-    BusError, Command, Event, Member, Publisher, Roster, Sensed, Subscriber, TickTiming, UavId, channel,
+    Ballast, BusError, Command, Event, Member, Publisher, Roster, Sensed, Subscriber, TickTiming, UavId,
+    channel,
 };
 
 /// The world's ends of the services.
@@ -12,12 +13,15 @@ pub(crate) struct Ports {
     pub(crate) roster: Subscriber<Roster>,
     pub(crate) timing: Publisher<TickTiming>,
     pub(crate) events: Publisher<Event>,
+    /// Of each UAV; none where none is carried.
+    pub(crate) ballast: Vec<Ballast>,
 }
 
 impl Ports {
-    pub(crate) fn open(member: &Member, uavs: u32) -> Result<Self, BusError> {
+    pub(crate) fn open(member: &Member, uavs: u32, ballast_bytes: u32) -> Result<Self, BusError> {
         let (node, depth) = (member.node(), channel::TICK_DEPTH);
         let of_each = UavId::all(uavs);
+        let loaded = of_each.clone().filter(|_| ballast_bytes > 0);
         Ok(Self {
             sensed: of_each
                 .clone()
@@ -29,6 +33,9 @@ impl Ports {
             roster: channel::roster().subscriber(node, depth)?,
             timing: channel::timing().publisher(node)?,
             events: channel::world_events().publisher(node)?,
+            ballast: loaded
+                .map(|uav| Ballast::of_world(node, uav, ballast_bytes))
+                .collect::<Result<_, _>>()?,
         })
     }
 }

@@ -1,11 +1,17 @@
 //! The process that keeps time and integrates the airframes.
 
 use crate::{
-    Airframe, Sky, answers::Answers, ports::Ports, schedule::Schedule, sky::Happening, tally::Tally,
+    Airframe, Sky,
+    answers::Answers,
+    measure::{Measure, MeasureArgs, Turn},
+    ports::Ports,
+    schedule::Schedule,
+    sky::Happening,
+    tally::Tally,
 };
 use ringwing_messages::{
-    BusError, Collision, DomainId, Event, Gate, Level, Member, Part, Stamps, Tick, UavId, channel,
-    gate::Patience, monotonic_ns, report,
+    BusError, Collision, DomainId, Event, Gate, Level, Member, Part, Stamps, Tick, UavId, Wake, Waker,
+    channel, monotonic_ns, report,
 };
 use ringwing_scenario::{Scenario, ScenarioError, start};
 use rustix::{
@@ -26,6 +32,9 @@ pub struct Args {
     /// Process id of the launcher to end with.
     #[arg(long, hide = true)]
     pub launcher: Option<u32>,
+    /// For those who measure.
+    #[command(flatten)]
+    pub measure: MeasureArgs,
 }
 
 /// Why there can be no world.
@@ -50,16 +59,30 @@ pub fn run(args: &Args) -> Result<(), WorldError> {
     let member = Member::join(&args.domain, Part::World, args.launcher)?;
     let scenario = Scenario::resolved(&member.domain().scenario()?)?;
     let sky = Sky::new(&scenario, &start::places(&scenario)?);
-    let ports = Ports::open(&member, scenario.formation.uavs)?;
+    let ports = Ports::open(&member, scenario.formation.uavs, scenario.ipc.payload_bytes)?;
+    let waker = Waker::of_world(&member, wake(&scenario), scenario.time.real_time)?;
     let gate = member.attend()?;
-    let mut world = World::new(&member, gate, ports, sky, &scenario);
+    let mut world = World::new(&member, gate, waker, ports, sky, &scenario);
+    world.measure = Measure::new(&args.measure, scenario.formation.uavs);
     if world.wait_for_roster()? {
         world.fly()?;
     }
+    if let Some(measure) = &mut world.measure {
+        measure.leave(&world.gate)?;
+    }
     member.domain().leave_report(report::WORLD, &world.report())?;
     world.gate.close();
+    world.waker.call()?;
     world.wait_for_recorder();
     Ok(())
+}
+
+fn wake(scenario: &Scenario) -> Wake {
+    match scenario.ipc.wake {
+        ringwing_scenario::Wake::Gate => Wake::Gate,
+        ringwing_scenario::Wake::Spin => Wake::Spin,
+        ringwing_scenario::Wake::Event => Wake::Event,
+    }
 }
 
 struct World<'a> {
@@ -69,7 +92,9 @@ struct World<'a> {
     sky: Sky,
     answers: Answers,
     tally: Tally,
-    patience: Patience,
+    waker: Waker,
+    /// Only when somebody measures.
+    measure: Option<Measure>,
     /// The deadlines, in real time.
     schedule: Option<Schedule>,
     rate_hz: u32,
@@ -87,7 +112,14 @@ struct World<'a> {
 }
 
 impl<'a> World<'a> {
-    fn new(member: &'a Member, gate: Gate, ports: Ports, sky: Sky, scenario: &Scenario) -> Self {
+    fn new(
+        member: &'a Member,
+        gate: Gate,
+        waker: Waker,
+        ports: Ports,
+        sky: Sky,
+        scenario: &Scenario,
+    ) -> Self {
         let rate_hz = scenario.time.rate_hz;
         let real_time = scenario.time.real_time;
         Self {
@@ -97,7 +129,8 @@ impl<'a> World<'a> {
             sky,
             answers: Answers::new(scenario.formation.uavs),
             tally: Tally::new(),
-            patience: if real_time { Patience::calm() } else { Patience::eager() },
+            waker,
+            measure: None,
             schedule: real_time.then(|| Schedule::new(rate_hz, monotonic_ns())),
             rate_hz,
             last_tick: Tick(scenario.last_tick()),
@@ -120,8 +153,12 @@ impl<'a> World<'a> {
             self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
             self.refresh_roster()?;
         }
-        self.schedule = self.schedule.as_ref().map(|_| Schedule::new(self.rate_hz, monotonic_ns()));
+        self.restart_schedule();
         Ok(true)
+    }
+
+    fn restart_schedule(&mut self) {
+        self.schedule = self.schedule.as_ref().map(|_| Schedule::new(self.rate_hz, monotonic_ns()));
     }
 
     fn fly(&mut self) -> Result<(), BusError> {
@@ -130,6 +167,9 @@ impl<'a> World<'a> {
                 self.wait_for_faults()?;
                 self.wait_for_replacement()?;
                 self.wait_for_lagging_recorder()?;
+            }
+            if self.measured_enough() {
+                return Ok(());
             }
             self.open_tick()?;
             if self.schedule.is_some() {
@@ -145,6 +185,15 @@ impl<'a> World<'a> {
                 self.tell(&happening)?;
             }
         }
+    }
+
+    /// Lets those who measure have their turn.
+    fn measured_enough(&mut self) -> bool {
+        let turn = self.measure.as_mut().map_or(Turn::Fly, |measure| measure.turn(&self.gate));
+        if turn == Turn::Begin {
+            self.restart_schedule();
+        }
+        turn == Turn::End
     }
 
     fn is_stopped(&self) -> bool {
@@ -227,6 +276,10 @@ impl<'a> World<'a> {
     /// Tells every UAV what it senses, then opens the tick for all.
     fn open_tick(&mut self) -> Result<(), BusError> {
         let opened_ns = monotonic_ns();
+        let now = self.sky.now();
+        if let Some(measure) = &mut self.measure {
+            measure.open(now.0, opened_ns);
+        }
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns };
         for (uav, port) in UavId::all(self.ports.sensed.len() as u32).zip(&self.ports.sensed) {
             if let Some(sensed) = self.sky.senses(uav) {
@@ -234,18 +287,21 @@ impl<'a> World<'a> {
                 port.send(sensed, stamps)?;
             }
         }
+        self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
         self.refresh_roster()?;
-        let now = self.sky.now();
         self.answers.begin(now, opened_ns, self.sky.airframes().iter().map(Airframe::mode));
+        if let Some(measure) = &mut self.measure {
+            measure.publish();
+        }
         self.gate.open_tick(now, self.answers.expected());
-        Ok(())
+        self.waker.call()
     }
 
     /// In lockstep: waits until everybody has answered who can be expected to.
     fn wait_for_answers(&mut self) -> Result<(), BusError> {
         let since = Instant::now();
         loop {
-            self.gate.wait_for_answers(&mut self.patience, LOOK_AGAIN);
+            self.waker.wait_for_answers(&self.gate, LOOK_AGAIN)?;
             self.collect()?;
             if self.answers.missing().next().is_none() {
                 return Ok(());
@@ -283,19 +339,31 @@ impl<'a> World<'a> {
         let due =
             Timespec { tv_sec: due_at.as_secs().cast_signed(), tv_nsec: i64::from(due_at.subsec_nanos()) };
         while monotonic_ns() < due_ns && !self.is_stopped() {
-            // A signal ends the sleep early; then the loop looks why.
-            let _ = clock_nanosleep_absolute(ClockId::Monotonic, &due);
+            if self.waker.is_restless() {
+                thread::yield_now();
+            } else {
+                // A signal ends the sleep early; then the loop looks why.
+                let _ = clock_nanosleep_absolute(ClockId::Monotonic, &due);
+            }
         }
+        self.waker.forget()?;
         self.collect()
     }
 
     /// Takes in what has come: of each UAV the newest command.
     fn collect(&mut self) -> Result<(), BusError> {
         let now = self.sky.now();
+        let measure = &mut self.measure;
+        if let Some(measure) = measure {
+            measure.look();
+        }
         for (uav, port) in UavId::all(self.ports.commands.len() as u32).zip(&self.ports.commands) {
             let mut newest = None;
             port.drain_until(|command, stamps| {
                 newest = Some((*command, *stamps));
+                if let Some(measure) = measure {
+                    measure.note(command.tick.0, command.uav.0.saturating_sub(1), stamps);
+                }
                 command.tick >= now
             })?;
             let Some((command, stamps)) = newest else { continue };
@@ -304,7 +372,13 @@ impl<'a> World<'a> {
                 Err(_) => self.tally.refused_commands += 1,
             }
         }
+        for ballast in &self.ports.ballast {
+            ballast.receive()?;
+        }
         self.answers.note_leader(self.gate.led());
+        if let Some(measure) = &mut self.measure {
+            measure.collect();
+        }
         Ok(())
     }
 
@@ -324,9 +398,15 @@ impl<'a> World<'a> {
     /// Counts the tick, and says how long it took.
     fn finish_tick(&mut self) -> Result<(), BusError> {
         let mut timing = self.answers.timing();
+        let mut paced = None;
         if let Some(schedule) = &mut self.schedule {
+            let due_ns = schedule.due_ns();
             let lateness = schedule.meet(monotonic_ns());
             (timing.late_ns, timing.missed_deadlines) = (lateness.late_ns, lateness.missed_deadlines);
+            paced = Some((due_ns, lateness.missed_deadlines));
+        }
+        if let Some(measure) = &mut self.measure {
+            measure.finish(timing.reused, paced);
         }
         self.tally.add_tick(self.answers.commands(), &timing);
         self.ports.timing.send(timing, Stamps::now())?;
@@ -366,7 +446,8 @@ impl<'a> World<'a> {
 
     fn report(&self) -> ringwing_messages::WorldReport {
         let now = self.sky.now();
-        self.tally.report(now.0, now >= self.last_tick)
+        let measured = self.measure.as_ref().is_some_and(Measure::is_done);
+        self.tally.report(now.0, now >= self.last_tick || measured)
     }
 
     /// Stays until the recorder has fetched the last tick: what a sender leaves behind may leave with it.

@@ -1,0 +1,245 @@
+//! `ringwing bench`: what it measures, with which options, and how it ends.
+
+use crate::harness::{
+    Swarm,
+    bench::{Bench, Benched, assert_gone, domain_in, samples, samples_above},
+    log::Log,
+    ringwing, send, wait_until,
+};
+use ringwing_messages::{Domain, Tick};
+use rustix::process::Signal;
+use serde_json::Value;
+use std::{collections::BTreeSet, fs, thread, time::Duration};
+
+const SHORT: &str = "--warm-up 0.02 --seconds 0.1";
+
+fn number(value: &Value, key: &str) -> u64 {
+    value[key].as_u64().unwrap_or_else(|| panic!("no number {key} in {value:#}"))
+}
+
+fn repeats(case: &Value) -> &[Value] {
+    case["repeats"].as_array().unwrap()
+}
+
+#[test]
+fn every_transport_is_measured_in_both_loads_with_every_sample_of_every_agent() {
+    let bench = Benched::by(&format!("--uavs 2 --rate 200 --repeat 1 {SHORT}"));
+    let mut seen = BTreeSet::new();
+    for case in bench.cases() {
+        let (what, uavs) = (&case["case"], number(&case["case"], "uavs"));
+        let closed = what["load"] == "closed";
+        seen.insert((what["subject"].as_str().unwrap().to_owned(), closed));
+        let [repeat] = repeats(case) else { panic!("{case:#}") };
+        let (ticks, missed) = (number(repeat, "ticks"), number(repeat, "missed_deadlines"));
+        assert!(ticks > 0, "{case:#}");
+        // Ticks that should have begun and did not count as well.
+        assert_eq!(samples(repeat, "tick"), ticks + missed, "{what}");
+        let answers = samples(repeat, "wake");
+        if closed {
+            assert_eq!((answers, missed), (ticks * uavs, 0), "{what}");
+            assert_eq!(samples(repeat, "return"), answers, "{what}");
+        } else {
+            assert!(answers <= ticks * uavs && samples(repeat, "return") == 0, "{what}");
+        }
+        for hop in ["read", "compute"] {
+            assert_eq!(samples(repeat, hop), answers, "{what}");
+        }
+        let strip = repeat["strip"].as_array().unwrap();
+        assert_eq!(strip.iter().map(|piece| number(piece, "ticks")).sum::<u64>(), ticks + missed);
+        assert!(number(&repeat["usage"], "agent_pss_bytes") > 0, "{what}");
+    }
+    assert_eq!(seen.len(), 18, "{seen:?}");
+}
+
+#[test]
+fn the_swarm_is_measured_in_every_way_that_it_can_wait_with_ballast_and_recorded() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().join("results");
+    let bench = Benched::by(&format!(
+        "--uavs 3 --load closed --transport none --wake gate,spin,event --payload 0,65536 \
+         --recorder off,on --mcap --out {} --repeat 1 {SHORT}",
+        folder.display()
+    ));
+    assert_eq!(bench.cases().len(), 12);
+    for case in bench.cases() {
+        let [repeat] = repeats(case) else { panic!("{case:#}") };
+        assert!(samples(repeat, "wake") > 0, "{case:#}");
+        assert!(repeat["usage"]["law_ns_per_tick"].as_f64().unwrap() > 0.0, "{case:#}");
+    }
+    let written: Value = serde_json::from_slice(&fs::read(folder.join("results.json")).unwrap()).unwrap();
+    assert_eq!(written, bench.results);
+    let logs: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let logs: Vec<_> = logs.iter().filter(|path| path.extension().is_some_and(|end| end == "mcap")).collect();
+    assert_eq!(logs.len(), 6, "{logs:?}");
+    assert!(logs.iter().all(|log| Log::read(log).topics.contains_key("/timing")));
+}
+
+#[test]
+fn what_flies_does_not_depend_on_how_processes_wait_nor_on_ballast() {
+    let hash = |settings: &str| {
+        let run = Swarm::fly("paper-4.1").with(&format!("--duration 2 --no-record {settings}")).finish();
+        run.text("payload_hash").to_owned()
+    };
+    let usual = hash("");
+    for settings in ["--set ipc.wake=spin", "--set ipc.wake=event --set ipc.payload_bytes=5000"] {
+        assert_eq!(hash(settings), usual, "{settings}");
+    }
+}
+
+#[test]
+fn each_round_measures_every_case_once_in_an_order_that_the_seed_decides() {
+    let places = |seed: u32| {
+        let bench = Benched::by(&format!(
+            "--uavs 1,2 --load closed --transport gate,futex --repeat 3 --seed {seed} --warm-up 0 --seconds 0.02"
+        ));
+        assert_eq!(bench.results["seed"], seed);
+        let places =
+            bench.cases().iter().map(|case| repeats(case).iter().map(|one| number(one, "place")).collect());
+        places.collect::<Vec<Vec<u64>>>()
+    };
+    let first = places(5);
+    assert!(first.iter().all(|places| places.iter().map(|place| place / 6).eq([0, 1, 2])), "{first:?}");
+    let all: BTreeSet<u64> = first.concat().into_iter().collect();
+    assert_eq!(all.len(), 18);
+    assert_eq!(first, places(5));
+    assert_ne!(first, places(6));
+}
+
+#[test]
+fn a_stall_is_charged_to_every_tick_that_it_delayed() {
+    let bench =
+        Bench::start("--uavs 3 --load paced --rate 100 --transport none --repeat 1 --warm-up 0 --seconds 1");
+    let (world, line) = bench.wait_for(" world --domain ");
+    let gate = Domain::join(&domain_in(&line)).unwrap().gate().unwrap();
+    wait_until("the flight goes on", || gate.tick().filter(|tick| *tick > Tick(10)));
+    send(world, Signal::STOP);
+    thread::sleep(Duration::from_millis(400));
+    send(world, Signal::CONT);
+    let bench = bench.finish();
+    let repeat = &repeats(&bench.cases()[0])[0];
+    // At 100 Hz 40 ticks should have begun in 0.4 s. The first was delayed by 0.4 s, the next by 0.39 s, and so on.
+    assert!(number(repeat, "missed_deadlines") >= 38, "{repeat}");
+    for (delay_ms, delayed) in [(350, 4), (200, 19), (100, 29), (20, 37)] {
+        let count = samples_above(repeat, "tick", delay_ms * 1_000_000);
+        assert!(count >= delayed, "{count} ticks took {delay_ms} ms or more, of at least {delayed}");
+    }
+}
+
+#[test]
+fn an_interrupt_tells_what_is_done_and_leaves_nothing() {
+    let bench =
+        Bench::start("--uavs 3 --load closed --transport pipe,udp --repeat 1000 --warm-up 0 --seconds 0.1");
+    let mut cases = BTreeSet::new();
+    let mut domains = BTreeSet::new();
+    wait_until("some cases are done, and one is going on", || {
+        cases.extend(bench.cases());
+        let lines = bench.processes().into_iter().map(|(_, line)| line);
+        domains.extend(lines.filter(|line| line.contains("--domain ")).map(|line| domain_in(&line)));
+        (cases.len() > 4).then_some(())
+    });
+    bench.interrupt();
+    let bench = bench.finish();
+    assert_eq!(bench.code, Some(1), "{}", bench.stderr);
+    assert_eq!(bench.results["interrupted"], true);
+    let done: usize = bench.results["cases"].as_array().unwrap().iter().map(|case| repeats(case).len()).sum();
+    assert!((4..3000).contains(&done), "{done}");
+    domains.iter().for_each(assert_gone);
+}
+
+#[test]
+fn a_hub_that_is_killed_takes_its_peers_along_and_fails_its_case_alone() {
+    let bench = Bench::start("--uavs 2 --load closed --transport tcp --repeat 1 --warm-up 0 --seconds 3");
+    let (peer, _) = bench.wait_for(" bench-peer ");
+    let (hub, line) = bench.wait_for("\"subject\":\"tcp\"");
+    assert!(line.contains("bench-case"), "{line}");
+    send(hub, Signal::KILL);
+    wait_until("its peer is gone", || (!fs::exists(format!("/proc/{peer}")).unwrap()).then_some(()));
+    let bench = bench.finish();
+    assert_eq!(bench.code, Some(1));
+    let failed: Vec<&Value> = bench.results["cases"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|case| case["failure"].is_string())
+        .collect();
+    assert!(failed.len() == 1 && failed[0]["case"]["subject"] == "tcp", "{}", bench.results);
+}
+
+#[test]
+fn pinned_processes_have_one_processor_each() {
+    let bench =
+        Bench::start("--pin --uavs 2 --load closed --transport gate --repeat 1 --warm-up 0 --seconds 0.5");
+    for text in [" agent --uav 1 ", "--member 1 "] {
+        let status = wait_until("its status shows", || {
+            fs::read_to_string(format!("/proc/{}/status", bench.wait_for(text).0)).ok()
+        });
+        let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim();
+        assert!(allowed.parse::<u32>().is_ok(), "{text}: {allowed}");
+    }
+    assert_eq!(bench.finish().cases().len(), 2);
+}
+
+#[test]
+fn a_priority_is_given_or_refused_before_anything_starts() {
+    let mut bench = Bench::start(
+        "--priority 7 --uavs 2 --load closed --transport none --repeat 1 --warm-up 0 --seconds 0.5",
+    );
+    let world = wait_until("the world runs, or nothing does", || {
+        let ended = bench.has_ended();
+        let world = bench.processes().into_iter().find(|(_, line)| line.contains(" world "));
+        (ended || world.is_some()).then_some(world)
+    });
+    let Some((world, _)) = world else {
+        let refused = bench.finish();
+        assert!(refused.code == Some(2) && refused.stderr.contains("ulimit -r"), "{}", refused.stderr);
+        return;
+    };
+    let stat = fs::read_to_string(format!("/proc/{world}/stat")).unwrap();
+    let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
+    // Fields 40 and 41, counted from 1, of which two are before the bracket: the priority, and SCHED_FIFO.
+    assert_eq!((fields[37], fields[38]), ("7", "1"));
+    assert_eq!(bench.finish().cases().len(), 1);
+}
+
+#[test]
+fn a_quick_one_measures_six_uavs_once_unless_told_otherwise() {
+    let bench = Benched::by("--quick --transport gate --load closed");
+    assert!(bench.cases().iter().all(|case| case["case"]["uavs"] == 6 && repeats(case).len() == 1));
+    let bench = Benched::by("--quick --transport none --load closed --uavs 1 --repeat 2 --seconds 0.05");
+    assert!(bench.cases().iter().all(|case| case["case"]["uavs"] == 1 && repeats(case).len() == 2));
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_before_anything_starts() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = folder.path().join("full");
+    fs::create_dir(&full).unwrap();
+    fs::write(full.join("results.json"), "{}").unwrap();
+    let full = format!("--out {}", full.display());
+    for (arguments, remedy) in [
+        ("--uavs 1025", "1..=1024"),
+        ("--load closed --rate 100", "add --load paced"),
+        ("--transport none,udp", "none alone"),
+        ("--wake poll", "event"),
+        ("--payload 70000", "0..=65536"),
+        ("--recorder maybe", "off"),
+        ("--mcap", "--out"),
+        ("--priority 5 --wake spin", "leave one of them out"),
+        ("--repeat 0", "--repeat"),
+        ("--seconds 1e9", "from 0.01 to 60"),
+        ("--warm-up=-1", "from 0 to 60"),
+        ("--out /proc/nowhere", "choose a folder that can be written"),
+        (&full, "choose another folder"),
+    ] {
+        let bench = Benched::by(arguments);
+        assert_eq!(bench.code, Some(2), "{arguments}: {}", bench.stderr);
+        assert!(bench.stderr.contains(remedy), "{arguments}: {}", bench.stderr);
+        assert!(bench.results.is_null());
+    }
+}
+
+#[test]
+fn the_doctor_measures_nothing() {
+    let output = ringwing().args(["bench", "--doctor"]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+}
