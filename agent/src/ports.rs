@@ -106,12 +106,15 @@ impl Ports {
         let before = Tick(now.0 - 1);
         let listened = self.received == Some(before);
         self.received = Some(now);
-        let since = Instant::now();
+        let mut robbed_since = None;
         loop {
             self.leader.receive(now, |state| pilot.hear_leader(state))?;
-            let was_sent = gate.led() >= Some(before) && !gate.is_closed();
-            let was_robbed = listened && was_sent && self.leader.arrived() < Some(before);
-            if !was_robbed || since.elapsed() >= self.robbed_limit || member.stop().is_set() {
+            let was_sent = || gate.led() >= Some(before) && !gate.is_closed();
+            if !listened || self.leader.arrived() >= Some(before) || !was_sent() {
+                return Ok(());
+            }
+            let since = *robbed_since.get_or_insert_with(Instant::now);
+            if since.elapsed() >= self.robbed_limit || member.stop().is_set() {
                 return Ok(());
             }
             thread::sleep(LOOK_AGAIN);

@@ -39,7 +39,7 @@ pub const TICK_DEPTH: usize = 4;
 /// Samples of a UAV's state that a reader may keep.
 const STATE_DEPTH: usize = 16;
 /// Who may listen to one UAV: a lost one's return is listened for from both sides, by more while they do not agree yet.
-const STATE_READERS: usize = 18;
+const STATE_READERS: usize = 6;
 /// Room for a restarted sender beside the dead ones that are not cleaned up yet.
 const MAX_PUBLISHERS: usize = 3;
 /// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run.
@@ -67,6 +67,8 @@ pub struct Channel<T> {
     senders: usize,
     readers: usize,
     depth: usize,
+    /// What a newcomer is told of what was said before it came.
+    history: usize,
     _message: PhantomData<T>,
 }
 
@@ -115,7 +117,7 @@ pub fn launcher_events() -> Channel<Event> {
 
 /// Who runs, from the launcher.
 pub fn roster() -> Channel<Roster> {
-    Channel::new("launcher/roster".into(), 2, TICK_DEPTH)
+    Channel { history: 1, ..Channel::new("launcher/roster".into(), 2, TICK_DEPTH) }
 }
 
 /// How far the swarm is from its formation, from the recorder.
@@ -165,7 +167,7 @@ impl Services {
 
 impl<T: Message> Channel<T> {
     fn new(name: String, readers: usize, depth: usize) -> Self {
-        Self { name, senders: MAX_PUBLISHERS, readers: readers + SPARE, depth, _message: PhantomData }
+        Self { name, senders: MAX_PUBLISHERS, readers: readers + SPARE, depth, history: 0, _message: PhantomData }
     }
 
     fn service_name(&self) -> Result<ServiceName, BusError> {
@@ -181,7 +183,7 @@ impl<T: Message> Channel<T> {
             .max_nodes(self.readers + self.senders)
             .subscriber_max_buffer_size(self.depth)
             .subscriber_max_borrowed_samples(2)
-            .history_size(1)
+            .history_size(self.history)
             .enable_safe_overflow(true)
             .create()
             .map_err(|error| BusError::ipc(format!("service {}: cannot be created", self.name), error))

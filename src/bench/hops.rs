@@ -104,7 +104,7 @@ fn place(trace: &Trace, step: &StepRecord) -> Option<usize> {
 fn hops(case: &Case, trace: &Trace, delays: &[Delay]) -> BTreeMap<Hop, Samples> {
     let mut hops: BTreeMap<Hop, Samples> = BTreeMap::new();
     let mut record = |hop, from_ns: u64, to_ns: u64| {
-        hops.entry(hop).or_insert_with(Samples::new).record(to_ns.saturating_sub(from_ns));
+        hops.entry(hop).or_default().record(to_ns.saturating_sub(from_ns));
     };
     for step in &trace.steps {
         let Some(place) = place(trace, step) else { continue };
