@@ -39,11 +39,11 @@ pub const TICK_DEPTH: usize = 4;
 /// Samples of a UAV's state that a reader may keep.
 const STATE_DEPTH: usize = 16;
 /// Who may listen to one UAV: a lost one's return is listened for from both sides, by more while they do not agree yet.
-const STATE_READERS: usize = 6;
+const STATE_READERS: usize = 5;
 /// Room for a restarted sender beside the dead ones that are not cleaned up yet.
 const MAX_PUBLISHERS: usize = 3;
 /// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run.
-pub(crate) const SPARE: usize = 6;
+pub(crate) const SPARE: usize = 3;
 /// How long a service may take to appear, or to recover from a creator that died.
 const OPEN_LIMIT: Duration = Duration::from_secs(5);
 
