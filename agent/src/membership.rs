@@ -39,6 +39,8 @@ pub struct Membership {
     listened: Vec<UavId>,
     /// Grows with each change of who lives.
     revision: u64,
+    /// Of all who are lost.
+    lost_fingerprint: u64,
     /// Something was heard that every UAV must know.
     is_disturbed: bool,
     /// Where the rumours that are not fresh go on.
@@ -86,6 +88,7 @@ impl Membership {
             watched_before: Vec::new(),
             listened: Vec::new(),
             revision: 0,
+            lost_fingerprint: 0,
             is_disturbed: false,
             cursor: 0,
         };
@@ -110,11 +113,7 @@ impl Membership {
 
     /// A number for the set of the lost: 0 for none, and equal where two UAVs agree.
     pub fn lost_fingerprint(&self) -> u64 {
-        let lost = UavId::all(self.count()).filter(|uav| !self.lives(*uav));
-        // The multiplier of Knuth's MMIX generator spreads the numbers over all bits.
-        lost.fold(0, |sum, uav| {
-            sum ^ u64::from(uav.0).wrapping_mul(6_364_136_223_846_793_005).rotate_left(uav.0)
-        })
+        self.lost_fingerprint
     }
 
     /// Takes in what `state`'s sender said, in tick `now`.
@@ -180,6 +179,7 @@ impl Membership {
         self.is_disturbed = true;
         if lived == member.standing.is_lost() {
             self.revision += 1;
+            self.lost_fingerprint ^= fingerprint(uav);
             self.listen(now);
         }
     }
@@ -267,6 +267,12 @@ impl Membership {
             self.cursor = index + 1;
         }
     }
+}
+
+/// A number for one member, which exclusive or makes one for a set.
+fn fingerprint(uav: UavId) -> u64 {
+    // The multiplier of Knuth's MMIX generator spreads the numbers over all bits.
+    u64::from(uav.0).wrapping_mul(6_364_136_223_846_793_005).rotate_left(uav.0)
 }
 
 impl Member {
