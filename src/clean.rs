@@ -1,13 +1,16 @@
-//! `ringwing clean`: removes what killed runs left in shared memory.
+//! `ringwing clean`: removes what killed runs left in shared memory, and killed benchmarks in temporary folders.
 
 use std::process::ExitCode;
 
-/// Removes every domain whose launcher is gone.
+/// Removes every domain whose launcher is gone, and every folder whose benchmark is.
 #[expect(clippy::unnecessary_wraps, reason = "every subcommand has this signature")]
 pub(crate) fn run() -> anyhow::Result<ExitCode> {
-    let removed = ringwing_messages::domain::remove_abandoned();
-    for domain in &removed {
-        println!("removed {domain}");
+    let domains = ringwing_messages::domain::remove_abandoned();
+    let folders = crate::bench::scratch::remove_abandoned();
+    let folders = folders.iter().map(|folder| folder.display().to_string());
+    let removed: Vec<String> = domains.iter().map(ToString::to_string).chain(folders).collect();
+    for one in &removed {
+        println!("removed {one}");
     }
     if removed.is_empty() {
         println!("nothing to remove");

@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
     let ballast = ballast(&member, uav, scenario.ipc.payload_bytes)?;
     let mut faults = Faults::new(scenario, uav);
     let gate = member.attend()?;
-    let mut seen = gate.missed();
+    let (mut seen, mut sending_ns) = (gate.missed(), 0);
     while let Wait::Tick(tick) = waker.wait(&gate, seen, member.stop())? {
         let woke_ns = monotonic_ns();
         if let Some(news) = faults.news(&member, &gate)? {
@@ -72,12 +72,14 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
         // Before the command, with which the tick may be over: what the others send in the next is meant to be heard.
         ports.listen_to(&member, pilot.listened())?;
         if let Some(decision) = decision {
-            let stamps = Stamps { woke_ns, read_ns, sent_ns: monotonic_ns() };
+            let sent_ns = monotonic_ns();
+            let stamps = Stamps { woke_ns, read_ns, sent_ns, sending_ns };
             if let Some(ballast) = &ballast {
                 ballast.send(tick)?;
             }
             ports.state.send(decision.state, stamps)?;
             ports.command.send(decision.command, stamps)?;
+            sending_ns = monotonic_ns() - sent_ns;
         }
         gate.answer();
         waker.answered()?;

@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
     let mut seen = gate.missed();
     while let Wait::Tick(tick) = waker.wait(&gate, seen, member.stop())? {
         let woke_ns = monotonic_ns();
-        let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns() };
+        let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns(), sending_ns: 0 };
         if seen.is_none() && tick > Tick::APPROACH {
             // A predecessor may have been killed between two of its readers.
             publisher.send(path.at(Tick(tick.0 - 1)), stamps())?;

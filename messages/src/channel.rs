@@ -167,7 +167,14 @@ impl Services {
 
 impl<T: Message> Channel<T> {
     fn new(name: String, readers: usize, depth: usize) -> Self {
-        Self { name, senders: MAX_PUBLISHERS, readers: readers + SPARE, depth, history: 0, _message: PhantomData }
+        Self {
+            name,
+            senders: MAX_PUBLISHERS,
+            readers: readers + SPARE,
+            depth,
+            history: 0,
+            _message: PhantomData,
+        }
     }
 
     fn service_name(&self) -> Result<ServiceName, BusError> {

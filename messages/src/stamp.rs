@@ -7,7 +7,7 @@ use rustix::time::{ClockId, clock_gettime};
 ///
 /// Payloads stay the same from run to run because the clock is only here.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
-#[type_name("ringwing.Stamps.v1")]
+#[type_name("ringwing.Stamps.v2")]
 #[repr(C)]
 pub struct Stamps {
     /// The sender saw the tick.
@@ -16,13 +16,15 @@ pub struct Stamps {
     pub read_ns: u64,
     /// The sender handed the sample over, its work done.
     pub sent_ns: u64,
+    /// How long handing over took in the tick before; it is known only after that.
+    pub sending_ns: u64,
 }
 
 impl Stamps {
     /// Stamps of a sender that waits for nothing and reads nothing.
     pub fn now() -> Self {
         let now = monotonic_ns();
-        Self { woke_ns: now, read_ns: now, sent_ns: now }
+        Self { woke_ns: now, read_ns: now, sent_ns: now, sending_ns: 0 }
     }
 }
 

@@ -47,6 +47,8 @@ pub struct StepRecord {
     pub sent_ns: u64,
     /// The one who opened the tick had the answer; 0 where that is not known.
     pub seen_ns: u64,
+    /// How long handing over took it in the tick before.
+    pub sending_ns: u64,
     /// Whose part, from 0.
     pub member: u32,
     /// Zero; keeps the layout free of padding.

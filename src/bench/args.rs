@@ -146,7 +146,7 @@ impl Args {
             payloads: distinct(&self.payload),
             recorders: distinct(&self.recorder).into_iter().map(|on| on == Switch::On).collect(),
             baselines: self.baselines(),
-            repeats: self.repeat.unwrap_or(if quick { 1 } else { 3 }),
+            repeats: self.repeat.unwrap_or(if quick { 1 } else { 4 }),
             warm_up_s: seconds("--warm-up", self.warm_up, 0.0, if quick { 0.1 } else { 0.3 })?,
             measure_s: seconds("--seconds", self.seconds, SHORTEST_S, if quick { 0.4 } else { 2.0 })?,
         })
@@ -318,7 +318,7 @@ mod tests {
     #[test]
     fn without_a_word_it_is_the_full_benchmark() {
         let axes = axes("").unwrap();
-        assert_eq!((axes.uavs.as_slice(), axes.repeats), (&[1, 6, 30, 100, 200][..], 3));
+        assert_eq!((axes.uavs.as_slice(), axes.repeats), (&[1, 6, 30, 100, 200][..], 4));
         assert_eq!(axes.loads, [Load::Closed, Load::Paced(100)]);
         assert_eq!(axes.baselines.len(), 8);
     }

@@ -127,7 +127,7 @@ fn usage(case: &Case, head: &TraceHead, trace: &Trace) -> Usage {
     let of_steps = |span: fn(&StepRecord) -> u64| trace.steps.iter().map(span).sum::<u64>();
     let of_ticks = |span: fn(&TickRecord) -> u64| trace.ticks.iter().map(span).sum::<u64>();
     let law_ns = of_steps(|step| step.sent_ns.saturating_sub(step.read_ns));
-    let ipc_ns = of_steps(|step| step.read_ns.saturating_sub(step.woke_ns))
+    let ipc_ns = of_steps(|step| step.read_ns.saturating_sub(step.woke_ns) + step.sending_ns)
         + of_ticks(|tick| tick.published_ns.saturating_sub(tick.opened_ns))
         + of_ticks(|tick| tick.collected_ns.saturating_sub(tick.looked_ns));
     let of_swarm = if case.subject == Subject::Swarm { 1.0 } else { 0.0 };
@@ -188,6 +188,7 @@ mod tests {
             read_ns: sent_ns,
             sent_ns,
             seen_ns: sent_ns + MS,
+            sending_ns: 0,
             reserved: 0,
         }
     }
@@ -259,7 +260,8 @@ mod tests {
 
     #[test]
     fn the_law_and_the_messages_are_summed_over_all_agents() {
-        let part = StepRecord { woke_ns: 10, read_ns: 30, sent_ns: 35, ..StepRecord::default() };
+        let part =
+            StepRecord { woke_ns: 10, read_ns: 30, sent_ns: 35, sending_ns: 3, ..StepRecord::default() };
         let open = TickRecord {
             opened_ns: 0,
             published_ns: 7,
@@ -270,7 +272,7 @@ mod tests {
         let trace = Trace { ticks: vec![open], steps: vec![part, StepRecord { member: 1, ..part }] };
         let swarm = case(Load::Closed, 2);
         let usage = repeat(&swarm, &TraceHead::default(), &trace).usage;
-        assert_eq!((usage.law_ns_per_tick, usage.ipc_ns_per_tick), (10.0, 49.0));
+        assert_eq!((usage.law_ns_per_tick, usage.ipc_ns_per_tick), (10.0, 55.0));
         let pipe = Case { subject: Subject::Pipe, ..swarm };
         let usage = repeat(&pipe, &TraceHead::default(), &trace).usage;
         assert_eq!((usage.law_ns_per_tick, usage.ipc_ns_per_tick), (0.0, 0.0));

@@ -22,6 +22,7 @@ mod plan;
 mod result;
 mod runner;
 mod samples;
+pub(crate) mod scratch;
 mod statistics;
 mod table;
 pub(crate) mod transport;

@@ -6,6 +6,7 @@ use super::{
     args::Axes,
     case, hops, label, plan,
     result::{Case, Measured, Repeat, Subject},
+    scratch::Scratch,
     transport::hub,
 };
 use crate::{launcher::LOG, placement::Placement};
@@ -38,7 +39,7 @@ pub(super) struct Runner<'a> {
     logs: Option<&'a Path>,
     stop: StopFlag,
     began: Instant,
-    folder: tempfile::TempDir,
+    folder: Scratch,
 }
 
 impl<'a> Runner<'a> {
@@ -50,9 +51,8 @@ impl<'a> Runner<'a> {
     ) -> anyhow::Result<Self> {
         // Above all: an interrupt from here on ends the benchmark in order.
         let stop = StopFlag::on_signals()?;
-        let folder = tempfile::Builder::new().prefix("ringwing_bench_").tempdir();
-        let folder =
-            folder.context("no temporary folder can be made; set TMPDIR to one that can be written")?;
+        let folder = Scratch::new()
+            .context("no temporary folder can be made; set TMPDIR to one that can be written")?;
         Ok(Self { axes, placement, seed, logs, stop, began: Instant::now(), folder })
     }
 
@@ -136,7 +136,7 @@ impl<'a> Runner<'a> {
         match ended {
             Some(status) if status.success() => Ok(()),
             Some(status) if text.trim().is_empty() => anyhow::bail!("its process ended with {status}"),
-            Some(_) => anyhow::bail!("{}", text.trim().trim_start_matches("ringwing: ")),
+            Some(_) => anyhow::bail!("{}", reason(&text)),
             None => {
                 anyhow::bail!("it took longer than {:.0} s, and was ended", (length + OVERHEAD).as_secs_f64())
             }
@@ -176,6 +176,19 @@ impl<'a> Runner<'a> {
     }
 }
 
+/// Lines of what a case says that are shown of one that fails.
+const REASON_LINES: usize = 3;
+
+/// The first of what was said on stderr: all peers of a hub that fails say so.
+fn reason(said: &str) -> String {
+    let mut lines = said.lines().map(|line| line.trim_start_matches("ringwing: ").trim());
+    let first: Vec<&str> = lines.by_ref().filter(|line| !line.is_empty()).take(REASON_LINES).collect();
+    match lines.count() {
+        0 => first.join("; "),
+        more => format!("{}; and {more} more lines", first.join("; ")),
+    }
+}
+
 fn ask_to_leave(process: u32) {
     if let Some(pid) = Pid::from_raw(process.cast_signed()) {
         // It may have ended at this moment.
@@ -189,4 +202,15 @@ fn progress(length: u64, quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:24} {pos}/{len}, {eta} left: {msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_reasons_the_first_are_shown() {
+        assert_eq!(reason("ringwing: bench: no place\n"), "bench: no place");
+        assert_eq!(reason("ringwing: a\n\nb\nc\nd\ne\n"), "a; b; c; and 2 more lines");
+    }
 }

@@ -1,9 +1,9 @@
 //! Runs benchmarks for the tests, and finds their processes.
 
 use super::{leftovers, ringwing, send, wait_until};
-use ringwing_messages::{DomainId, domain};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use hdrhistogram::{Histogram, serialization::Deserializer};
+use ringwing_messages::{DomainId, domain};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{
@@ -108,7 +108,8 @@ pub fn samples(repeat: &Value, hop: &str) -> u64 {
 pub fn samples_above(repeat: &Value, hop: &str, nanoseconds: u64) -> u64 {
     let Some(text) = repeat["hops"][hop]["hdr"].as_str() else { return 0 };
     let bytes = BASE64_STANDARD.decode(text).expect("base64");
-    let histogram: Histogram<u64> = Deserializer::new().deserialize(&mut bytes.as_slice()).expect("a histogram");
+    let histogram: Histogram<u64> =
+        Deserializer::new().deserialize(&mut bytes.as_slice()).expect("a histogram");
     histogram.count_between(nanoseconds, u64::MAX)
 }
 

@@ -255,11 +255,15 @@ mod tests {
         assert_eq!(answers.timing().reused, 1);
     }
 
+    fn stamps(woke_ns: u64, read_ns: u64, sent_ns: u64) -> Stamps {
+        Stamps { woke_ns, read_ns, sent_ns, ..Stamps::default() }
+    }
+
     #[test]
     fn the_longest_of_each_hop_counts() {
         let mut answers = with_everybody();
-        answers.note(&command(1, 5), &Stamps { woke_ns: 110, read_ns: 115, sent_ns: 118 }, 150);
-        answers.note(&command(2, 5), &Stamps { woke_ns: 130, read_ns: 131, sent_ns: 140 }, 160);
+        answers.note(&command(1, 5), &stamps(110, 115, 118), 150);
+        answers.note(&command(2, 5), &stamps(130, 131, 140), 160);
         let timing = answers.timing();
         assert_eq!((timing.wake_ns, timing.read_ns, timing.compute_ns), (30, 5, 9));
         assert_eq!((timing.return_ns, timing.round_trip_ns), (32, 40));

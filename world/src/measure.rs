@@ -190,9 +190,10 @@ impl Measure {
     /// An answer has come, to whatever tick.
     pub(crate) fn note(&mut self, tick: i64, member: u32, stamps: &Stamps) {
         if self.is_measuring() {
-            let Stamps { woke_ns, read_ns, sent_ns } = *stamps;
+            let Stamps { woke_ns, read_ns, sent_ns, sending_ns } = *stamps;
             let seen_ns = monotonic_ns();
-            let step = StepRecord { tick, woke_ns, read_ns, sent_ns, seen_ns, member, reserved: 0 };
+            let step =
+                StepRecord { tick, woke_ns, read_ns, sent_ns, seen_ns, sending_ns, member, reserved: 0 };
             self.trace.steps.push(step);
         }
     }

@@ -280,7 +280,7 @@ impl<'a> World<'a> {
         if let Some(measure) = &mut self.measure {
             measure.open(now.0, opened_ns);
         }
-        let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns };
+        let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
         for (uav, port) in UavId::all(self.ports.sensed.len() as u32).zip(&self.ports.sensed) {
             if let Some(sensed) = self.sky.senses(uav) {
                 self.tally.hash_sensed(&sensed);

@@ -200,7 +200,10 @@ impl Peers {
     fn start(case: &Case, domain: &Domain, into: &Path, placement: &Placement) -> anyhow::Result<Self> {
         let mut peers = Self { children: Vec::new(), sockets: Vec::new(), listener: None, udp: Vec::new() };
         if case.subject == Subject::Tcp {
-            peers.listener = Some(TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?);
+            let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
+            // All connect before the first is accepted.
+            rustix::net::listen(&listener, case.uavs.cast_signed())?;
+            peers.listener = Some(listener);
         }
         for member in 0..case.uavs {
             let mut command = Command::new("/proc/self/exe");
