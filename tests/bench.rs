@@ -9,7 +9,7 @@ use crate::harness::{
 use ringwing_messages::{Domain, Tick};
 use rustix::process::Signal;
 use serde_json::Value;
-use std::{collections::BTreeSet, fs, thread, time::Duration};
+use std::{collections::BTreeSet, fs, path::Path, thread, time::Duration};
 
 const SHORT: &str = "--warm-up 0.02 --seconds 0.1";
 
@@ -242,4 +242,37 @@ fn what_makes_no_sense_is_refused_before_anything_starts() {
 fn the_doctor_measures_nothing() {
     let output = ringwing().args(["bench", "--doctor"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0));
+    let said = String::from_utf8(output.stdout).unwrap();
+    for fact in ["processor", "cores usable", "kernel", "clock source", "load average"] {
+        assert!(said.lines().any(|line| line.trim_start().starts_with(fact)), "no {fact}:\n{said}");
+    }
+    assert!(!said.contains("whole tick"), "{said}");
+}
+
+#[test]
+fn two_results_are_compared_and_what_is_none_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+    for (out, payload) in [(&a, "0"), (&b, "0,64")] {
+        let out = out.display();
+        let line = format!(
+            "--uavs 1 --load closed --transport pipe --payload {payload} --repeat 4 {SHORT} --out {out}"
+        );
+        assert_eq!(Benched::by(&line).code, Some(0));
+    }
+    let compare =
+        |a: &Path, b: &Path| ringwing().args(["bench", "compare", "--json"]).args([a, b]).output().unwrap();
+    let output = compare(&a, &b.join("results.json"));
+    assert_eq!(output.status.code(), Some(0));
+    let comparison: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let count = |key: &str| comparison[key].as_array().unwrap().len();
+    assert_eq!((count("cases"), count("only_in_a"), count("only_in_b")), (2, 0, 2));
+    let figures = comparison["cases"][0]["figures"].as_array().unwrap();
+    let tick = figures.iter().find(|figure| figure["name"] == "tick time, us").unwrap();
+    assert!(tick["a"]["median"].as_f64() > Some(0.0) && tick["b"]["median"].as_f64() > Some(0.0));
+    let page = a.join("index.html");
+    let refused = compare(&page, &b);
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert_ne!(refused.status.code(), Some(0));
+    assert!(said.contains("index.html: not a result of"), "{said}");
 }

@@ -3,7 +3,7 @@
 //! Never calls a difference one that the repeats' own spread explains.
 
 use super::{
-    doctor,
+    RESULTS, doctor,
     figure::{self, Figure},
     label,
     result::{Case, FORMAT, Measured, Results},
@@ -22,7 +22,7 @@ use std::{
 /// Which results to compare.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Args {
-    /// One result: what `ringwing bench --json` printed, or left in its folder
+    /// One result: what `ringwing bench --json` printed, or the folder of --out
     a: PathBuf,
     /// The other
     b: PathBuf,
@@ -46,8 +46,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
 
 /// A result from its file.
 pub(crate) fn read(path: &Path) -> anyhow::Result<Results> {
-    let name = path.display();
-    let text = fs::read_to_string(path)
+    let file = if path.is_dir() { path.join(RESULTS) } else { path.to_owned() };
+    let name = file.display();
+    let text = fs::read_to_string(&file)
         .with_context(|| format!("{name}: cannot be read; name a file that `ringwing bench --json` printed"))
         .map_err(|error| anyhow::anyhow!("{error:#}"))?;
     parse(&text).map_err(|error| anyhow::anyhow!("{name}: {error}"))
