@@ -47,7 +47,7 @@ enum Verb {
     /// List, show or check scenarios
     #[command(subcommand)]
     Scenario(scenario_command::Verb),
-    /// Remove what killed runs left in shared memory
+    /// Remove what killed runs and benchmarks left
     Clean,
     /// Print what lets a shell complete this command: source it
     Completion {

@@ -67,7 +67,7 @@ pub struct Channel<T> {
     senders: usize,
     readers: usize,
     depth: usize,
-    /// What a newcomer is told of what was said before it came.
+    /// Samples that a newcomer is told of what was said before it came.
     history: usize,
     _message: PhantomData<T>,
 }
@@ -96,7 +96,7 @@ pub fn leader(uavs: u32) -> Channel<LeaderState> {
 ///
 /// One service for all, unlike the others: nobody but the recorder listens, and most agents never send.
 pub fn links(uavs: u32) -> Channel<LinkCounts> {
-    let channel = Channel::new("uav/links".into(), 2, RECORDER_DEPTH);
+    let channel = Channel::new("uav/links".into(), 2, RECORDER_DEPTH).with_history();
     Channel { senders: uavs as usize + MAX_PUBLISHERS, ..channel }
 }
 
@@ -107,22 +107,22 @@ pub fn timing() -> Channel<TickTiming> {
 
 /// What happened in the air, from the world.
 pub fn world_events() -> Channel<Event> {
-    Channel::new("world/events".into(), 2, RECORDER_DEPTH)
+    Channel::new("world/events".into(), 2, RECORDER_DEPTH).with_history()
 }
 
 /// What happened to the processes, from the launcher.
 pub fn launcher_events() -> Channel<Event> {
-    Channel::new("launcher/events".into(), 2, RECORDER_DEPTH)
+    Channel::new("launcher/events".into(), 2, RECORDER_DEPTH).with_history()
 }
 
 /// Who runs, from the launcher.
 pub fn roster() -> Channel<Roster> {
-    Channel { history: 1, ..Channel::new("launcher/roster".into(), 2, TICK_DEPTH) }
+    Channel::new("launcher/roster".into(), 2, TICK_DEPTH).with_history()
 }
 
 /// How far the swarm is from its formation, from the recorder.
 pub fn formation_error() -> Channel<FormationError> {
-    Channel::new("recorder/formation_error".into(), 2, TICK_DEPTH)
+    Channel::new("recorder/formation_error".into(), 2, TICK_DEPTH).with_history()
 }
 
 /// All services of a run, held open: they exist as long as this value.
@@ -175,6 +175,11 @@ impl<T: Message> Channel<T> {
             history: 0,
             _message: PhantomData,
         }
+    }
+
+    /// Whoever comes later is told the last that was said: of what is said seldom, and costs each send something.
+    fn with_history(self) -> Self {
+        Self { history: 1, ..self }
     }
 
     fn service_name(&self) -> Result<ServiceName, BusError> {

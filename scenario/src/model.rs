@@ -257,7 +257,7 @@ pub enum Wake {
     Gate,
     /// At the gate, never sleeping.
     Spin,
-    /// On iceoryx2's own events.
+    /// On events of the shared-memory bus.
     Event,
 }
 

@@ -18,7 +18,7 @@ use ringwing_recorder::palette::{self, Rgb};
 use std::collections::BTreeSet;
 
 /// Places in the palette: the dark ones first, which show on white.
-const INKS: [u32; 12] = [5, 1, 3, 6, 7, 2, 8, 17, 18, 21, 22, 23];
+const INKS: [u32; 12] = [5, 1, 3, 6, 7, 2, 8, 17, 19, 21, 22, 23];
 const UAVS: &str = "UAVs, each a process (logarithmic)";
 const SHARE: &str = "share of the samples that are no slower";
 const MEDIANS: strip::Key = strip::Key { unit: UNIT, marks: &[0.5, 0.7, 1.0, 1.4, 2.0] };
