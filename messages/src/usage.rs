@@ -118,18 +118,30 @@ fn ticks(folder: &Path) -> (u64, u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::{
+        process::Command,
+        thread,
+        time::{Duration, Instant},
+    };
 
     #[test]
     fn work_shows() {
-        let before = Used::by(std::process::id());
-        let begin = std::time::Instant::now();
-        while begin.elapsed().as_millis() < 30 {
-            std::hint::black_box(fs::read_dir("/proc").map(Iterator::count).unwrap_or_default());
+        // Another process: threads of this one come and go with other tests, and take what they used along.
+        let mut worker = Command::new("sh")
+            .args(["-c", "while :; do sleep 0.001; done"])
+            .spawn()
+            .expect("there is a shell");
+        let before = Used::by(worker.id());
+        let (begin, mut used) = (Instant::now(), Used::default());
+        while (used.run_ns == 0 || used.voluntary_switches == 0) && begin.elapsed().as_secs() < 30 {
+            thread::sleep(Duration::from_millis(5));
+            used = Used::by(worker.id()) - before;
         }
-        std::thread::sleep(std::time::Duration::from_millis(1));
-        let used = Used::by(std::process::id()) - before;
+        let pss_bytes = pss_bytes(worker.id());
+        worker.kill().unwrap();
+        worker.wait().unwrap();
         assert!(used.run_ns > 0 && used.voluntary_switches > 0, "{used:?}");
-        assert!(pss_bytes(std::process::id()) > 4096);
+        assert!(pss_bytes > 4096, "{pss_bytes}");
     }
 
     #[test]
