@@ -3,7 +3,7 @@
 //! A wake-up hint and an attendance list, nothing more: data, and the truth about which agent has answered, are in the
 //! stamped samples. A process that is killed anywhere in here costs the others a system call, never a hang.
 
-use crate::{BusError, Part, Patience, StopFlag, Tick, payload::MAX_UAVS};
+use crate::{BusError, Due, Part, Patience, StopFlag, Tick, monotonic_ns, payload::MAX_UAVS};
 use memmap2::MmapRaw;
 use rustix::{
     io::Errno,
@@ -13,7 +13,7 @@ use rustix::{
 use std::{
     fs::OpenOptions,
     path::Path,
-    sync::atomic::{AtomicI64, AtomicU32, Ordering::SeqCst},
+    sync::atomic::{AtomicI64, AtomicU32, AtomicU64, Ordering::SeqCst},
     time::Duration,
 };
 
@@ -49,6 +49,9 @@ struct Page {
     holds: Line<AtomicU32>,
     /// Grows with each fault that is added while the run goes on.
     faults: Line<AtomicU32>,
+    /// When the next tick is due, and how long before that is worth being awake: a hint, 0 where no clock tells.
+    due_at_ns: Line<AtomicU64>,
+    due_lead_ns: AtomicU64,
     /// Process id of each part that is ready, 0 for those that are not.
     attendance: [AtomicU32; 3 + MAX_UAVS as usize],
 }
@@ -132,6 +135,12 @@ impl Gate {
         }
     }
 
+    /// Says when the next tick is due, for those who can be awake by then.
+    pub fn set_due(&self, due: Due) {
+        self.page().due_at_ns.0.store(due.at_ns, SeqCst);
+        self.page().due_lead_ns.store(due.lead_ns, SeqCst);
+    }
+
     /// Lets the recorder fetch what there is.
     pub fn call_recorder(&self) {
         self.page().batch.0.fetch_add(1, SeqCst);
@@ -211,13 +220,21 @@ impl Gate {
     pub fn wait(&self, seen: Option<Tick>, patience: &mut Patience, stop: &StopFlag) -> Wait {
         let page = self.page();
         let old = seen.map_or(0, round_of);
-        while patience.is_restless() && page.round.0.load(SeqCst) == old && !stop.is_set() {
-            patience.yield_until(|| page.round.0.load(SeqCst) != old);
+        let is_over = || page.round.0.load(SeqCst) != old || stop.is_set();
+        while patience.is_restless() && !is_over() {
+            patience.yield_until(is_over);
         }
-        if !patience.yield_until(|| page.round.0.load(SeqCst) != old) {
+        if !patience.yield_until(is_over) {
             page.sleepers.0.fetch_add(1, SeqCst);
-            while page.round.0.load(SeqCst) == old && !stop.is_set() {
-                sleep_on(&page.round.0, old, LONGEST_SLEEP);
+            let mut due = patience.stands_by_for(self.due());
+            while !is_over() {
+                let nap = due.until_stand_by(monotonic_ns());
+                if nap.is_zero() {
+                    patience.stand_by(due, is_over);
+                    due = Due::default();
+                } else {
+                    sleep_on(&page.round.0, old, nap);
+                }
             }
             page.sleepers.0.fetch_sub(1, SeqCst);
         }
@@ -228,6 +245,10 @@ impl Gate {
     pub(crate) fn news(&self, seen: Option<Tick>, stop: &StopFlag) -> Option<Wait> {
         let is_new = self.page().round.0.load(SeqCst) != seen.map_or(0, round_of) || stop.is_set();
         is_new.then(|| self.look(stop))
+    }
+
+    fn due(&self) -> Due {
+        Due { at_ns: self.page().due_at_ns.0.load(SeqCst), lead_ns: self.page().due_lead_ns.load(SeqCst) }
     }
 
     fn look(&self, stop: &StopFlag) -> Wait {
@@ -423,10 +444,29 @@ mod tests {
     }
 
     #[test]
+    fn a_tick_is_heard_before_during_and_after_the_time_to_stand_by_for_it() {
+        const MS: u64 = 1_000_000;
+        let (_folder, gate) = shared_gate();
+        let (mut patience, stop) = (Patience::punctual(), StopFlag::default());
+        for (round, due_in_ms) in (0..).zip([50, 2, 0]) {
+            let at_ns = monotonic_ns() + due_in_ms * MS;
+            gate.set_due(Due { at_ns, lead_ns: MS });
+            thread::scope(|scope| {
+                scope.spawn(|| {
+                    thread::sleep(Duration::from_millis(2));
+                    gate.open_tick(Tick(round), 1);
+                });
+                let seen = (round > 0).then(|| Tick(round - 1));
+                assert_eq!(gate.wait(seen, &mut patience, &stop), Wait::Tick(Tick(round)));
+            });
+        }
+    }
+
+    #[test]
     fn a_missing_answer_costs_the_limit_and_no_more() {
         let (_folder, gate) = shared_gate();
         gate.open_tick(Tick(0), 1);
-        gate.wait_for_answers(&mut Patience::calm(), Duration::from_millis(1));
+        gate.wait_for_answers(&mut Patience::punctual(), Duration::from_millis(1));
         assert_eq!(gate.page().done.0.load(SeqCst), 0);
     }
 

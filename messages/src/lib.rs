@@ -29,7 +29,7 @@ pub use event::{Event, Level};
 pub use gate::{Gate, Wait};
 pub use id::{Part, Tick, UavId};
 pub use member::{Member, StopFlag};
-pub use patience::Patience;
+pub use patience::{Due, Patience};
 pub use payload::{
     AgeTicks, Command, FlightMode, FormationError, LeaderState, LinkCounts, LinkSource, Roster, Rumour,
     Sensed, SensedObstacle, Terms, TickTiming, UavState,

@@ -3,7 +3,7 @@
 //! Never carries data, and never decides who has answered: with events too, the gate tells which tick is open.
 
 use crate::{
-    BusError, Gate, Member, Patience, StopFlag, Tick, Wait,
+    BusError, Due, Gate, Member, Patience, StopFlag, Tick, Wait,
     channel::{SPARE, patiently},
 };
 use iceoryx2::{
@@ -69,16 +69,11 @@ impl Waker {
         [rung, heard]: [&str; 2],
     ) -> Result<Self, BusError> {
         Ok(match wake {
-            Wake::Gate if real_time => Self::Gate(Patience::calm()),
+            Wake::Gate if real_time => Self::Gate(Patience::punctual()),
             Wake::Gate => Self::Gate(Patience::eager()),
             Wake::Spin => Self::Gate(Patience::restless()),
             Wake::Event => Self::Bells(Box::new(Bells::open(member.node(), rung, heard)?)),
         })
-    }
-
-    /// Whether it never sleeps.
-    pub fn is_restless(&self) -> bool {
-        matches!(self, Self::Gate(patience) if patience.is_restless())
     }
 
     // --- the world's side ---
@@ -100,6 +95,14 @@ impl Waker {
             }
         }
         Ok(())
+    }
+
+    /// Waits until the next tick is `due`, or until `is_over`; bells call nobody who stands by.
+    pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool) {
+        match self {
+            Self::Gate(patience) => patience.wait_until(due, is_over),
+            Self::Bells(_) => Patience::punctual().wait_until(Due { lead_ns: 0, ..due }, is_over),
+        }
     }
 
     /// Forgets the rings of answers that nobody waited for.

@@ -10,14 +10,10 @@ use crate::{
     tally::Tally,
 };
 use ringwing_messages::{
-    BusError, Collision, DomainId, Event, Gate, Level, Member, Part, Stamps, Tick, UavId, Wake, Waker,
-    channel, monotonic_ns, report,
+    BusError, Collision, DomainId, Due, Event, Gate, Level, Member, Part, Stamps, StopFlag, Tick, UavId,
+    Wake, Waker, channel, monotonic_ns, patience::crowd, report,
 };
 use ringwing_scenario::{Scenario, ScenarioError, start};
-use rustix::{
-    thread::{ClockId, clock_nanosleep_absolute},
-    time::Timespec,
-};
 use std::{
     thread,
     time::{Duration, Instant},
@@ -85,6 +81,10 @@ fn wake(scenario: &Scenario) -> Wake {
     }
 }
 
+fn is_stopped(gate: &Gate, stop: &StopFlag) -> bool {
+    gate.stop_requested() || gate.is_closed() || stop.is_set()
+}
+
 struct World<'a> {
     member: &'a Member,
     gate: Gate,
@@ -131,7 +131,8 @@ impl<'a> World<'a> {
             tally: Tally::new(),
             waker,
             measure: None,
-            schedule: real_time.then(|| Schedule::new(rate_hz, monotonic_ns())),
+            schedule: real_time
+                .then(|| Schedule::new(rate_hz, crowd(scenario.formation.uavs + 2), monotonic_ns())),
             rate_hz,
             last_tick: Tick(scenario.last_tick()),
             answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
@@ -158,7 +159,9 @@ impl<'a> World<'a> {
     }
 
     fn restart_schedule(&mut self) {
-        self.schedule = self.schedule.as_ref().map(|_| Schedule::new(self.rate_hz, monotonic_ns()));
+        if let Some(schedule) = &mut self.schedule {
+            schedule.restart(monotonic_ns());
+        }
     }
 
     fn fly(&mut self) -> Result<(), BusError> {
@@ -197,7 +200,7 @@ impl<'a> World<'a> {
     }
 
     fn is_stopped(&self) -> bool {
-        self.gate.stop_requested() || self.gate.is_closed() || self.member.stop().is_set()
+        is_stopped(&self.gate, self.member.stop())
     }
 
     /// Lets no time pass while the launcher does what is to be done before this tick, for a bounded time.
@@ -293,6 +296,9 @@ impl<'a> World<'a> {
         if let Some(measure) = &mut self.measure {
             measure.publish();
         }
+        if let Some(schedule) = &self.schedule {
+            self.gate.set_due(schedule.due());
+        }
         self.gate.open_tick(now, self.answers.expected());
         self.waker.call()
     }
@@ -334,18 +340,9 @@ impl<'a> World<'a> {
 
     /// In real time: waits for the deadline, whoever has answered.
     fn wait_for_deadline(&mut self) -> Result<(), BusError> {
-        let due_ns = self.schedule.as_ref().map_or(0, Schedule::due_ns);
-        let due_at = Duration::from_nanos(due_ns);
-        let due =
-            Timespec { tv_sec: due_at.as_secs().cast_signed(), tv_nsec: i64::from(due_at.subsec_nanos()) };
-        while monotonic_ns() < due_ns && !self.is_stopped() {
-            if self.waker.is_restless() {
-                thread::yield_now();
-            } else {
-                // A signal ends the sleep early; then the loop looks why.
-                let _ = clock_nanosleep_absolute(ClockId::Monotonic, &due);
-            }
-        }
+        let due = self.schedule.as_ref().map_or_else(Due::default, Schedule::due);
+        let (gate, stop) = (&self.gate, self.member.stop());
+        self.waker.wait_until(due, || is_stopped(gate, stop));
         self.waker.forget()?;
         self.collect()
     }
@@ -400,7 +397,7 @@ impl<'a> World<'a> {
         let mut timing = self.answers.timing();
         let mut paced = None;
         if let Some(schedule) = &mut self.schedule {
-            let due_ns = schedule.due_ns();
+            let due_ns = schedule.due().at_ns;
             let lateness = schedule.meet(monotonic_ns());
             (timing.late_ns, timing.missed_deadlines) = (lateness.late_ns, lateness.missed_deadlines);
             paced = Some((due_ns, lateness.missed_deadlines));

@@ -11,15 +11,11 @@ use crate::{
     placement::Placement,
 };
 use anyhow::{Context, bail, ensure};
-use ringwing_messages::{Domain, Gate, Part, Patience, Tick, Trace, UavId, monotonic_ns};
+use ringwing_messages::{Domain, Gate, Part, Patience, Tick, Trace, UavId, monotonic_ns, patience::crowd};
 use ringwing_world::{
     MeasureArgs,
     measure::{Measure, Turn},
     schedule::Schedule,
-};
-use rustix::{
-    thread::{ClockId, clock_nanosleep_absolute},
-    time::Timespec,
 };
 use std::{
     io,
@@ -72,7 +68,7 @@ pub(crate) fn gather(trace: &mut Trace, path: &Path, peers: u32) -> anyhow::Resu
 }
 
 fn patience(load: Load) -> Patience {
-    if load == Load::Closed { Patience::eager() } else { Patience::calm() }
+    if load == Load::Closed { Patience::eager() } else { Patience::punctual() }
 }
 
 struct Hub<'a> {
@@ -99,12 +95,15 @@ impl Hub<'_> {
                 Turn::Begin => schedule = self.schedule(),
                 Turn::End => break,
             }
+            if let Some(schedule) = &schedule {
+                self.gate.set_due(schedule.due());
+            }
             measure.open(tick, monotonic_ns());
             self.open(tick)?;
             measure.publish();
             self.collect(tick)?;
             measure.collect();
-            let paced = schedule.as_mut().map(wait_for_deadline);
+            let paced = schedule.as_mut().map(|schedule| wait_for_deadline(schedule, &mut self.patience));
             measure.finish(0, paced);
         }
         Ok(())
@@ -113,7 +112,7 @@ impl Hub<'_> {
     fn schedule(&self) -> Option<Schedule> {
         match self.case.load {
             Load::Closed => None,
-            Load::Paced(rate_hz) => Some(Schedule::new(rate_hz, monotonic_ns())),
+            Load::Paced(rate_hz) => Some(Schedule::new(rate_hz, crowd(self.case.uavs + 1), monotonic_ns())),
         }
     }
 
@@ -177,15 +176,10 @@ fn turn(tick: i64) -> u32 {
 }
 
 /// Waits; returns when the next tick should begin, and how many after it should have, before it can.
-fn wait_for_deadline(schedule: &mut Schedule) -> (u64, u32) {
-    let due_ns = schedule.due_ns();
-    let due_at = Duration::from_nanos(due_ns);
-    let due = Timespec { tv_sec: due_at.as_secs().cast_signed(), tv_nsec: i64::from(due_at.subsec_nanos()) };
-    while monotonic_ns() < due_ns {
-        // A signal ends the sleep early.
-        let _ = clock_nanosleep_absolute(ClockId::Monotonic, &due);
-    }
-    (due_ns, schedule.meet(monotonic_ns()).missed_deadlines)
+fn wait_for_deadline(schedule: &mut Schedule, patience: &mut Patience) -> (u64, u32) {
+    let due = schedule.due();
+    patience.wait_until(due, || false);
+    (due.at_ns, schedule.meet(monotonic_ns()).missed_deadlines)
 }
 
 /// The peers' processes, and what they were started with.

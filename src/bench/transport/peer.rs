@@ -81,7 +81,7 @@ impl Line {
         Ok(match args.case.subject {
             Subject::Gate | Subject::Swarm => {
                 let closed = args.case.load == Load::Closed;
-                let patience = if closed { Patience::eager() } else { Patience::calm() };
+                let patience = if closed { Patience::eager() } else { Patience::punctual() };
                 Self::Gate { gate: domain.gate()?, patience, seen: None }
             }
             Subject::Futex => Self::Futex { words: words()?, seen: 0, peers: args.case.uavs },
