@@ -55,7 +55,7 @@ const MOST_YIELDS: u32 = 20;
 /// The eager, once tired, try again after so many waits.
 const EAGER_AGAIN_AFTER: u32 = 256;
 /// The punctual, disappointed once, stand by again after so many waits; twice as many each further time.
-const PUNCTUAL_AGAIN_AFTER: u32 = 64;
+const PUNCTUAL_AGAIN_AFTER: u32 = 8;
 /// But after no more than these.
 const PUNCTUAL_AGAIN_AT_LAST: u32 = 4096;
 /// A yield that takes this long has run somebody else's time slice.
@@ -266,13 +266,13 @@ mod tests {
                 .take_while(|_| patience.stands_by_for(due()) == Due::default())
                 .count()
         };
-        for often in [64, 128, 256] {
+        for often in [8, 16, 32] {
             patience.stand_by(due(), steal);
             assert_eq!(sleeps_through(&mut patience), often);
         }
         patience.stand_by(due(), || true);
         patience.stand_by(due(), steal);
-        assert_eq!(sleeps_through(&mut patience), 256, "success brings it back sooner");
+        assert_eq!(sleeps_through(&mut patience), 32, "success brings it back sooner");
     }
 
     #[test]
