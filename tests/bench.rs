@@ -108,7 +108,7 @@ fn each_round_measures_every_case_once_in_an_order_that_the_seed_decides() {
 #[test]
 fn a_stall_is_charged_to_every_tick_that_it_delayed() {
     let bench =
-        Bench::start("--uavs 3 --load paced --rate 100 --transport none --repeat 1 --warm-up 0 --seconds 1");
+        Bench::start("--uavs 3 --load paced --rate 100 --transport none --repeat 1 --warm-up 0 --seconds 3");
     let (world, line) = bench.wait_for(" world --domain ");
     let gate = Domain::join(&domain_in(&line)).unwrap().gate().unwrap();
     wait_until("the flight goes on", || gate.tick().filter(|tick| *tick > Tick(10)));

@@ -103,7 +103,7 @@ impl Measure {
                 self.warm_up_ticks += 1;
                 Turn::Fly
             }
-            Phase::Measuring { until_ns } if now_ns >= until_ns => {
+            Phase::Measuring { until_ns } if is_over(now_ns, until_ns, self.due) => {
                 self.end(gate, now_ns);
                 Turn::End
             }
@@ -212,5 +212,22 @@ impl Measure {
             self.end(gate, monotonic_ns());
         }
         self.trace.save(&self.path, &self.head)
+    }
+}
+
+/// Whether no further tick is to be measured: one that was `due` in time is, however late, so that a stall counts to its end.
+fn is_over(now_ns: u64, until_ns: u64, due: Option<(u64, u32)>) -> bool {
+    due.map_or(now_ns, |(due_ns, _)| due_ns) >= until_ns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stall_beyond_the_end_is_charged_to_the_tick_that_was_due_before() {
+        assert!(!is_over(999, 1000, None) && is_over(1000, 1000, None));
+        assert!(!is_over(5000, 1000, Some((990, 40))), "the ticks that the stall delayed were never told");
+        assert!(is_over(5010, 1000, Some((5010, 0))));
     }
 }
