@@ -2,8 +2,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use ringwing_agent::Pilot;
+use ringwing_flight::{Command, Sensed, Terms, Tick, UavId};
 use ringwing_leader::Path;
-use ringwing_messages::{Command, Sensed, Terms, Tick, UavId};
 use ringwing_scenario::{Scenario, Source, start};
 use ringwing_world::{Airframe, Sky};
 use std::hint::black_box;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 /// Removes every domain whose launcher is gone, and every folder whose benchmark is.
 #[expect(clippy::unnecessary_wraps, reason = "every subcommand has this signature")]
 pub(crate) fn run() -> anyhow::Result<ExitCode> {
-    let domains = ringwing_messages::domain::remove_abandoned();
+    let domains = ringwing_bus::domain::remove_abandoned();
     let folders = crate::bench::scratch::remove_abandoned();
     let folders = folders.iter().map(|folder| folder.display().to_string());
     let removed: Vec<String> = domains.iter().map(ToString::to_string).chain(folders).collect();

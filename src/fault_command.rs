@@ -2,7 +2,7 @@
 
 use crate::{FAILED, WrongUsage, tell};
 use anyhow::Context;
-use ringwing_messages::{Domain, DomainId};
+use ringwing_bus::{Domain, DomainId};
 use ringwing_scenario::{Action, Fault, fault::trace};
 use std::{
     io::{Read, Write},
@@ -28,7 +28,7 @@ fn domain(text: &str) -> Result<DomainId, String> {
 
 /// The runs that go on.
 fn runs() -> Vec<clap_complete::CompletionCandidate> {
-    let ids = ringwing_messages::domain::all();
+    let ids = ringwing_bus::domain::all();
     ids.iter().map(|id| clap_complete::CompletionCandidate::new(id.to_string())).collect()
 }
 

@@ -6,7 +6,7 @@ use crate::{
     placement::Placement,
     summary::Summary,
 };
-use ringwing_messages::{Part, UavId};
+use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
 use std::{
     io::{self, Write},

@@ -1,7 +1,7 @@
 //! How a run went: the verdict, the table that people read and the JSON that scripts read.
 
 use crate::{FAILED, VIOLATED, launcher::Outcome};
-use ringwing_messages::{Collision, Latency, WorldReport};
+use ringwing_flight::{Collision, Latency, WorldReport};
 use ringwing_recorder::{
     links::LinkTotals,
     metrics::{ClosestPair, FlightSummary, ObstacleSummary, Recovery},

@@ -6,7 +6,8 @@ use crate::harness::{
     log::Log,
     ringwing, send, wait_until,
 };
-use ringwing_messages::{Domain, Tick};
+use ringwing_bus::Domain;
+use ringwing_flight::Tick;
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, thread, time::Duration};

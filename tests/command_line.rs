@@ -1,7 +1,7 @@
 //! The command as people and scripts use it.
 
 use crate::harness::{Swarm, ringwing};
-use ringwing_messages::{Part, UavId};
+use ringwing_flight::{Part, UavId};
 use serde_json::Value;
 use std::{
     fs,

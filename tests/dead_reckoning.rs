@@ -4,8 +4,9 @@ use crate::harness::{Swarm, in_process::Flight};
 use ringwing_agent::law::{
     Bond, Field, Limits, formation_control, potential_forces, saturated_control, speed_force,
 };
-use ringwing_messages::Tick;
-use ringwing_scenario::{Pose, Scenario, Setting, Source, start};
+use ringwing_flight::Pose;
+use ringwing_flight::Tick;
+use ringwing_scenario::{Scenario, Setting, Source, start};
 
 fn scenario(dead_reckoning: &str) -> Scenario {
     let setting = Setting::parse(&format!("control.dead_reckoning={dead_reckoning}")).unwrap();

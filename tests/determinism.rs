@@ -1,7 +1,7 @@
 //! The same scenario, seed and build give the same payloads, to the bit, whatever else goes on.
 
 use crate::harness::{Swarm, in_process::Flight};
-use ringwing_messages::{Part, Tick, UavId};
+use ringwing_flight::{Part, Tick, UavId};
 use ringwing_scenario::{Scenario, Setting, Source};
 use rustix::process::{Pid, setpriority_process};
 use std::{

@@ -1,7 +1,7 @@
 //! How runs end that do not end as planned: with their reason, their log closed, and nothing left behind.
 
 use crate::harness::{Swarm, leftovers, processes_of, ringwing, send, wait_until, wait_until_gone};
-use ringwing_messages::Part;
+use ringwing_flight::Part;
 use rustix::process::Signal;
 use std::{process::Command, time::Duration};
 
@@ -150,7 +150,7 @@ fn a_world_that_stays_frozen_ends_the_run() {
 }
 
 /// Kills a launcher; returns the domain that it left, once its processes have ended by themselves.
-fn orphan(mode: &str) -> ringwing_messages::DomainId {
+fn orphan(mode: &str) -> ringwing_bus::DomainId {
     let run = Swarm::fly("paper-4.2").with(mode).start();
     run.wait_for_second(1.0);
     // Frozen processes can do nothing by themselves, and end all the same.

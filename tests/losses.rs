@@ -1,7 +1,7 @@
 //! Processes that are lost or stall without anybody having planned it.
 
 use crate::harness::{Finished, Running, Swarm, processes_of, send, wait_until};
-use ringwing_messages::{Part, UavId};
+use ringwing_flight::{Part, UavId};
 use ringwing_recorder::schema::UavState;
 use rustix::process::Signal;
 

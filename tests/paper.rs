@@ -1,7 +1,7 @@
 //! The paper's two simulations, Section 4.
 
 use crate::harness::{Finished, Swarm, in_process::Flight};
-use ringwing_messages::Tick;
+use ringwing_flight::Tick;
 use ringwing_recorder::schema::UavState;
 use ringwing_scenario::{Scenario, Source};
 use std::thread;

@@ -1,7 +1,7 @@
 //! Real time: the wall clock leads, nobody is waited for.
 
 use crate::harness::{Swarm, send};
-use ringwing_messages::{Part, UavId};
+use ringwing_flight::{Part, UavId};
 use rustix::process::Signal;
 use std::time::{Duration, Instant};
 

@@ -1,7 +1,7 @@
 //! The tools that read logs: each says what the run said, or what is wrong with the file.
 
 use crate::harness::{Finished, Swarm, ringwing};
-use ringwing_messages::Part;
+use ringwing_flight::Part;
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{

@@ -8,8 +8,9 @@ use iceoryx2::{
     },
     service::port_factory::PortFactory,
 };
-use ringwing_messages::{
-    Command, Event, FormationError, LeaderState, LinkCounts, Part, Roster, Sensed, Stamps, TickTiming, UavId,
+use ringwing_bus::Stamps;
+use ringwing_flight::{
+    Command, Event, FormationError, LeaderState, LinkCounts, Part, Roster, Sensed, TickTiming, UavId,
     UavState,
 };
 use rustix::process::Signal;

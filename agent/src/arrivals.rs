@@ -3,7 +3,7 @@
 //! Which senders are fast is chance: what comes before its time waits here, and nothing that depends on it is shown.
 
 use crate::impairment::Carried;
-use ringwing_messages::Tick;
+use ringwing_flight::Tick;
 
 /// The order of one sender's samples at their receiver.
 #[derive(Debug, Clone)]
@@ -80,7 +80,7 @@ impl<T: Carried> Arrivals<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_messages::{UavId, UavState};
+    use ringwing_flight::{UavId, UavState};
 
     fn state(tick: i64) -> UavState {
         UavState {

@@ -1,7 +1,8 @@
 //! What an agent learns of the faults that concern it: those of the scenario, and those added while the run goes on.
 
 use crate::AgentError;
-use ringwing_messages::{Gate, Member, Tick, UavId, report};
+use ringwing_bus::{Gate, Member, report};
+use ringwing_flight::{Tick, UavId};
 use ringwing_scenario::{
     Fault, Scenario,
     fault::schedule::{LinkFault, Slowness, Target},

@@ -4,7 +4,8 @@ use crate::{
     arrivals::Arrivals,
     impairment::{Carried, Impairment, Route},
 };
-use ringwing_messages::{BusError, LinkCounts, Message, Subscriber, Tick};
+use ringwing_bus::{BusError, Message, Subscriber};
+use ringwing_flight::{LinkCounts, Tick};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 
 /// The receiving end of one link.

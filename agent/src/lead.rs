@@ -4,8 +4,9 @@
 
 use crate::link::{Link, Track};
 use nalgebra::Vector2;
-use ringwing_messages::{LeaderState, Tick};
-use ringwing_scenario::{DeadReckoning, Pose};
+use ringwing_flight::Pose;
+use ringwing_flight::{LeaderState, Tick};
+use ringwing_scenario::DeadReckoning;
 
 /// What is left of a jump after a second.
 const LEFT_AFTER_1_S: f64 = 0.37;

@@ -9,7 +9,7 @@
 
 mod standing;
 
-use ringwing_messages::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
+use ringwing_flight::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
 use standing::Standing;
 
 /// The side before a UAV in the ring, and the one after it.

@@ -6,7 +6,7 @@ use crate::{
     link::{Link, Track},
     membership::Membership,
 };
-use ringwing_messages::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
+use ringwing_flight::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
 use ringwing_scenario::Scenario;
 
 /// The others, as far as they are listened to.

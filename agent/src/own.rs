@@ -3,8 +3,9 @@
 //! Never gives out senses of a moment that is still to come.
 
 use crate::law::Control;
-use ringwing_messages::{FlightMode, Sensed, Tick};
-use ringwing_scenario::{DeadReckoning, Pose};
+use ringwing_flight::Pose;
+use ringwing_flight::{FlightMode, Sensed, Tick};
+use ringwing_scenario::DeadReckoning;
 use std::collections::VecDeque;
 
 /// Commands kept: older senses than this are predicted along the arc that was flown when they were taken.
@@ -80,7 +81,7 @@ impl Own {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_messages::{SensedObstacle, UavId, payload::MAX_SENSED_OBSTACLES};
+    use ringwing_flight::{SensedObstacle, UavId, payload::MAX_SENSED_OBSTACLES};
 
     fn senses(tick: i64) -> Sensed {
         Sensed {

@@ -14,8 +14,9 @@ use crate::{
     slots::{Shape, Slots},
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_messages::{Command, LeaderState, Sensed, Terms, Tick, UavId, UavState};
-use ringwing_scenario::{DeadReckoning, Pose, Scenario};
+use ringwing_flight::Pose;
+use ringwing_flight::{Command, LeaderState, Sensed, Terms, Tick, UavId, UavState};
+use ringwing_scenario::{DeadReckoning, Scenario};
 
 /// What a pilot decides in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -217,7 +218,7 @@ impl Pilot {
     }
 
     fn repulsion(&self, senses: &Sensed, own: &Point2<f64>) -> Vector2<f64> {
-        let of_one = |sensed: &ringwing_messages::SensedObstacle| {
+        let of_one = |sensed: &ringwing_flight::SensedObstacle| {
             let obstacle = Obstacle {
                 centre: sensed.position_m.into(),
                 radius_m: sensed.radius_m,

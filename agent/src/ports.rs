@@ -1,10 +1,8 @@
 //! All that an agent is connected to: its own senses, those it listens to, the leader, and what it sends itself.
 
 use crate::{Pilot, impairment::Route, inlet::Inlet};
-use ringwing_messages::{
-    BusError, Command, Gate, LeaderState, LinkCounts, Member, Publisher, Sensed, Stamps, Tick, UavId,
-    UavState, channel,
-};
+use ringwing_bus::{BusError, Gate, Member, Publisher, Stamps, channel};
+use ringwing_flight::{Command, LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{
     Scenario,
     fault::{Source, schedule::LinkFault},
@@ -71,7 +69,7 @@ impl Ports {
         Ok(ports)
     }
 
-    fn inlet(&self, from: UavId, port: ringwing_messages::Subscriber<UavState>) -> Inlet<UavState> {
+    fn inlet(&self, from: UavId, port: ringwing_bus::Subscriber<UavState>) -> Inlet<UavState> {
         let route = Route { source: Source::Uav(from.0), to: self.uav, ticks: 1 };
         let mut inlet = Inlet::new(port, route, &self.scenario);
         inlet.set_faults(&self.faults);

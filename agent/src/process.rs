@@ -1,9 +1,8 @@
 //! The process that flies one UAV.
 
 use crate::{Pilot, faults::Faults, ports::Ports};
-use ringwing_messages::{
-    Ballast, BusError, DomainId, Member, Part, Stamps, UavId, Wait, Wake, Waker, monotonic_ns,
-};
+use ringwing_bus::{Ballast, BusError, DomainId, Member, Stamps, Wait, Wake, Waker, monotonic_ns};
+use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Scenario, ScenarioError};
 
 /// Which UAV to fly, in which run.

@@ -3,8 +3,9 @@
 //! Never knows where the UAVs are, nor how anybody came to be lost.
 
 use nalgebra::Vector2;
-use ringwing_messages::{Tick, UavId};
-use ringwing_scenario::{LivingRing, Scenario, Slot};
+use ringwing_flight::{LivingRing, Slot};
+use ringwing_flight::{Tick, UavId};
+use ringwing_scenario::Scenario;
 
 /// What one UAV keeps to at one moment: its slot, and the distances that go with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +41,7 @@ struct Course {
 impl Slots {
     /// The slots that UAV `own` of `scenario` sees while all live.
     pub fn new(scenario: &Scenario, own: UavId) -> Self {
-        let ring = LivingRing::whole(scenario);
+        let ring = scenario.whole_ring();
         let (formation, rate_hz) = (scenario.formation(), f64::from(scenario.time.rate_hz));
         let courses = UavId::all(formation.count()).map(|uav| Course::at(ring.slot(uav.0))).collect();
         let shape = Shape { slot: Vector2::zeros(), radius_m: 0.0, neighbours: [None; 2] };

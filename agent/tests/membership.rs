@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use ringwing_agent::membership::Membership;
-use ringwing_messages::{Tick, UavId, UavState};
+use ringwing_flight::{Tick, UavId, UavState};
 use std::collections::{BTreeMap, BTreeSet};
 
 const TIMEOUT_TICKS: i64 = 10;

@@ -6,7 +6,7 @@ use ringwing_agent::law::{
     Bond, Control, Field, Flyer, Limits, formation_control, lyapunov_candidate, lyapunov_rate,
     potential_forces, saturated_control, speed_force,
 };
-use ringwing_scenario::{Formation, Pose, wrap};
+use ringwing_flight::{Formation, Pose, wrap};
 use std::f64::consts::PI;
 
 const SPEED: f64 = 15.0;

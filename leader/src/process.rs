@@ -1,9 +1,8 @@
 //! The process that flies the virtual leader.
 
 use crate::Path;
-use ringwing_messages::{
-    BusError, DomainId, Member, Part, Stamps, Tick, Wait, Wake, Waker, channel, monotonic_ns,
-};
+use ringwing_bus::{BusError, DomainId, Member, Stamps, Wait, Wake, Waker, channel, monotonic_ns};
+use ringwing_flight::{Part, Tick};
 use ringwing_scenario::{Scenario, ScenarioError};
 
 /// Which run to lead.

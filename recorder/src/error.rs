@@ -1,7 +1,7 @@
 //! What can stop a recorder, and what to do about it.
 
 use mcap::McapError;
-use ringwing_messages::BusError;
+use ringwing_bus::BusError;
 use std::{
     io::{self, ErrorKind},
     path::{Path, PathBuf},

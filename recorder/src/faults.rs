@@ -4,7 +4,7 @@
 
 use crate::frame::Frame;
 use foxglove::messages::Log as Line;
-use ringwing_messages::FlightMode;
+use ringwing_flight::FlightMode;
 use std::collections::BTreeSet;
 
 /// Everything that is wrong, on change and each second: `/faults`.

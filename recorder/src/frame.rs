@@ -7,8 +7,9 @@ use crate::{
     schema::{Timing, UavControl, UavState},
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_messages::{Command, FlightMode, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
-use ringwing_scenario::{LivingRing, Scenario};
+use ringwing_flight::LivingRing;
+use ringwing_flight::{Command, FlightMode, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
+use ringwing_scenario::Scenario;
 use std::collections::BTreeMap;
 
 /// What was heard of one tick.
@@ -190,7 +191,7 @@ pub struct Ring {
 impl Ring {
     /// The ring of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
-        let living = LivingRing::whole(scenario);
+        let living = scenario.whole_ring();
         let slots = slots(&living, scenario.formation.uavs);
         Self { rate_hz: scenario.time.rate_hz, living, slots }
     }
@@ -292,7 +293,7 @@ fn state_of(uav: UavId, samples: &Samples, ring: &Ring) -> Option<UavState> {
 mod tests {
     use super::*;
     use crate::testing;
-    use ringwing_messages::{SensedObstacle, Terms};
+    use ringwing_flight::{SensedObstacle, Terms};
 
     fn ticks_before(assembly: &mut Assembly, end: i64) -> Vec<(i64, bool)> {
         std::iter::from_fn(|| assembly.take_before(end)).map(|samples| (samples.tick, samples.torn)).collect()
@@ -361,7 +362,7 @@ mod tests {
     fn where_the_ring_closes_those_on_command_are_measured_against_a_ring_of_their_own() {
         let mut scenario = testing::ring_of(4, 10.0);
         scenario.control.ring_closes = true;
-        let mut ring = LivingRing::whole(&scenario);
+        let mut ring = scenario.whole_ring();
         ring.reform(|number| number != 2);
         let mut samples = Samples::new(4);
         samples.leader = Some(testing::leader(0, [0.0, 0.0]));

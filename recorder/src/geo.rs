@@ -6,8 +6,9 @@
 use crate::{clock::Clock, frame::Frame, palette, schema::UavState};
 use foxglove::messages::{GeoJson, LocationFix};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
-use ringwing_messages::LeaderState;
-use ringwing_scenario::{Georeference, Obstacle, direction};
+use ringwing_flight::LeaderState;
+use ringwing_flight::direction;
+use ringwing_scenario::{Georeference, Obstacle};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 

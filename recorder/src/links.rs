@@ -1,6 +1,6 @@
 //! What became of samples on links with faults: as the log tells it, `/links`, and in all.
 
-use ringwing_messages::LinkCounts as Counts;
+use ringwing_flight::LinkCounts as Counts;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -25,7 +25,7 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
-use ringwing_messages::UavId;
+use ringwing_flight::UavId;
 use ringwing_scenario::Scenario;
 use std::{
     borrow::Cow,
@@ -35,7 +35,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Where an [`Event`](ringwing_messages::Event) is told.
+/// Where an [`Event`](ringwing_flight::Event) is told.
 pub(crate) const LOG_TOPIC: &str = "/log";
 /// Where it is told what became of samples on links with faults.
 pub(crate) const LINKS_TOPIC: &str = "/links";

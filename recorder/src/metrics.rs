@@ -31,8 +31,9 @@ use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
 use recovery::RecoveryWatch;
-use ringwing_messages::FlightMode;
-use ringwing_scenario::{LivingRing, Scenario};
+use ringwing_flight::FlightMode;
+use ringwing_flight::LivingRing;
+use ringwing_scenario::Scenario;
 use settling::Settling;
 
 /// The swarm at one moment; what does not exist is absent.
@@ -111,7 +112,7 @@ impl Metrics {
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             clock: Clock::new(scenario.time.rate_hz),
-            ring: LivingRing::whole(scenario),
+            ring: scenario.whole_ring(),
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::default(),

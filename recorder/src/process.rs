@@ -9,11 +9,14 @@ use crate::{
     log::Opening,
     recording::Recording,
 };
-use ringwing_messages::{
-    Command, DomainId, Event, FormationError, Gate, LeaderState, LinkCounts, Member, Part, Publisher, Sensed,
-    Stamps, Subscriber, Tick, TickTiming, UavId, WorldReport,
+use ringwing_bus::{
+    DomainId, Gate, Member, Publisher, Stamps, Subscriber,
     channel::{self, RECORDER_DEPTH},
     report,
+};
+use ringwing_flight::{
+    Command, Event, FormationError, LeaderState, LinkCounts, Part, Sensed, Tick, TickTiming, UavId,
+    WorldReport,
 };
 use ringwing_scenario::Scenario;
 use std::{path::PathBuf, time::Duration};

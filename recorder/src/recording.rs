@@ -15,7 +15,7 @@ use crate::{
     view::Viewer,
 };
 use foxglove::messages::Log as Line;
-use ringwing_messages::{Event, Level, WorldReport};
+use ringwing_flight::{Event, Level, WorldReport};
 use ringwing_scenario::Requirements;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -234,7 +234,7 @@ mod tests {
     use super::*;
     use crate::testing::{self, flight, messages, place, ring_of};
     use prost::Message;
-    use ringwing_messages::{Latency, Tick};
+    use ringwing_flight::{Latency, Tick};
 
     fn lines(path: &Path) -> Vec<(u32, String)> {
         let seen = messages(&std::fs::read(path).unwrap());

@@ -19,7 +19,7 @@ use foxglove::messages::{
     SceneEntityDeletion, SceneUpdate, TextPrimitive, Vector3, line_primitive, scene_entity_deletion,
 };
 use nalgebra::Point2;
-use ringwing_messages::LeaderState;
+use ringwing_flight::LeaderState;
 
 /// The frame that everything is in.
 pub(crate) const MAP: &str = "map";

@@ -5,7 +5,7 @@
 
 use crate::clock::Clock;
 use foxglove::messages::{Log, Pose, PoseInFrame, Quaternion, Vector3, log};
-use ringwing_messages::{Command, LeaderState, Level, TickTiming};
+use ringwing_flight::{Command, LeaderState, Level, TickTiming};
 
 /// Where a UAV is and how it flies, every tick: `/uav/001/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -319,7 +319,7 @@ mod tests {
 
     #[test]
     fn what_an_agent_never_heard_has_no_age() {
-        let terms = ringwing_messages::Terms { repulsion_m: [3.0, -4.0], ..ringwing_messages::Terms::NONE };
+        let terms = ringwing_flight::Terms { repulsion_m: [3.0, -4.0], ..ringwing_flight::Terms::NONE };
         let control = UavControl::of(3, &crate::testing::command(7, 3, terms), 100);
         assert_eq!((control.tick, control.uav, control.repulsion_m), (7, 3, 5.0));
         assert_eq!((control.previous_age_s, control.leader_age_s), (None, None));

@@ -6,7 +6,7 @@ use crate::{
     recording::Recording,
 };
 use nalgebra::Point2;
-use ringwing_messages::{
+use ringwing_flight::{
     AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Terms, Tick, TickTiming, UavId,
 };
 use ringwing_scenario::{FormationSection, Obstacle, Scenario};

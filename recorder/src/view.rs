@@ -14,7 +14,8 @@ use crate::{
     swarm::{SwarmMetrics, SwarmState},
 };
 use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Log as Line, PoseInFrame, SceneUpdate};
-use ringwing_scenario::{Formation, Obstacle, Scenario};
+use ringwing_flight::Formation;
+use ringwing_scenario::{Obstacle, Scenario};
 
 /// Frames, states, metrics and the leader.
 const STATES_HZ: u32 = 20;

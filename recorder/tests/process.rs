@@ -2,13 +2,16 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use mcap::{MessageStream, Summary};
-use ringwing_messages::{
-    Command, DomainId, Event, FlightMode, Gate, LeaderState, Level, Part, Publisher, Sensed, SensedObstacle,
-    Stamps, Terms, Tick, TickTiming, UavId, WorldReport,
+use ringwing_bus::{
+    DomainId, Gate, Publisher, Stamps,
     channel::{self, Services},
     domain::DomainOwner,
     member::create_node,
     report,
+};
+use ringwing_flight::{
+    Command, Event, FlightMode, LeaderState, Level, Part, Sensed, SensedObstacle, Terms, Tick, TickTiming,
+    UavId, WorldReport,
 };
 use ringwing_recorder::{Args, RecorderError, RecorderReport, run};
 use ringwing_scenario::Scenario;

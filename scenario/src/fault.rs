@@ -36,7 +36,7 @@ pub enum Action {
     /// Something to processes.
     Process {
         /// What.
-        deed: Deed,
+        fault: ProcessFault,
         /// To which.
         targets: Targets,
     },
@@ -55,7 +55,7 @@ pub enum Action {
 
 /// What is done to a process.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Deed {
+pub enum ProcessFault {
     /// SIGKILL; an agent or the leader stays away, a recorder is replaced.
     Kill,
     /// SIGTERM: it leaves in order, and stays away.
@@ -286,8 +286,8 @@ impl Action {
     /// Why this cannot be done to a swarm of `uavs`, if it cannot.
     pub fn refusal(&self, uavs: u32) -> Option<String> {
         let named = match self {
-            Self::Process { deed, targets } => {
-                return deed.refusal(targets).or_else(|| targets.refusal(uavs));
+            Self::Process { fault, targets } => {
+                return fault.refusal(targets).or_else(|| targets.refusal(uavs));
             }
             Self::Link { links, .. } | Self::Heal(links) => links.uavs(),
         };
@@ -312,7 +312,7 @@ impl Targets {
     }
 }
 
-impl Deed {
+impl ProcessFault {
     /// What cannot be done to a process because of what it is for.
     fn refusal(self, targets: &Targets) -> Option<String> {
         let why = match (targets, self) {

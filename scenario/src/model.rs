@@ -1,6 +1,7 @@
 //! The scenario's data. Lengths in metres, speeds in m/s, angles in degrees and rates in rad/s, as the names say.
 
-use crate::{Fault, Formation, Schedule};
+use crate::{Fault, Schedule};
+use ringwing_flight::{Formation, LivingRing, OnLoss};
 use serde::{Deserialize, Serialize};
 
 /// Everything a run is flown by; with the same build, it gives the same flight.
@@ -137,18 +138,6 @@ pub struct Membership {
     pub on_loss: OnLoss,
     /// How long slots take to move to their new places.
     pub slots_move_s: f64,
-}
-
-/// Which slots the living take after a loss.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum OnLoss {
-    /// Evenly on a circle, L apart: the radius follows.
-    KeepSpacing,
-    /// Evenly on the circle of radius R: the spacing follows.
-    KeepRadius,
-    /// Their own: a gap stays.
-    KeepSlots,
 }
 
 /// How far old data are predicted forward.
@@ -357,6 +346,11 @@ impl Scenario {
     pub fn formation(&self) -> Formation {
         let FormationSection { uavs, spacing_m, bearing_deg } = self.formation;
         Formation::new(uavs, spacing_m, bearing_deg.to_radians())
+    }
+
+    /// The ring of the living while all are alive.
+    pub fn whole_ring(&self) -> LivingRing {
+        LivingRing::whole(self.formation(), self.control.ring_closes.then_some(self.membership.on_loss))
     }
 
     /// Length of a tick in seconds.

@@ -1,14 +1,11 @@
 //! Where the UAVs begin.
 
-use crate::{Obstacle, Problem, Scenario, ScenarioError, StartState, direction};
+use crate::{Obstacle, Problem, Scenario, ScenarioError, StartState};
 use nalgebra::{Point2, Vector2};
-use rand_chacha::{
-    ChaCha8Rng,
-    rand_core::{Rng, SeedableRng},
-};
+use ringwing_flight::{direction, draw::Draws};
 
-/// Each purpose draws from its own stream, so that one more draw for one never shifts another. This is that of starts.
-const STREAM: u64 = 1;
+/// The purpose and moment of these draws. Another value draws other starts from the same seed.
+const PURPOSE: ([u64; 3], u64) = ([0; 3], 1);
 /// So many places are tried for one UAV.
 const TRIES: u32 = 10_000;
 
@@ -41,7 +38,7 @@ fn too_small(scenario: &Scenario, uav: u32) -> Problem {
 /// The box that starts are drawn from.
 struct Area<'s> {
     scenario: &'s Scenario,
-    stream: ChaCha8Rng,
+    draws: Draws,
     middle: Point2<f64>,
     /// Its sides, from end to end.
     along: Vector2<f64>,
@@ -57,7 +54,7 @@ impl<'s> Area<'s> {
         let ahead = direction(scenario.leader.heading_deg.to_radians());
         Self {
             scenario,
-            stream: stream(scenario.seed),
+            draws: Draws::new(scenario.seed, PURPOSE.0, PURPOSE.1),
             middle: Point2::from(scenario.leader.start_m) + ahead * (draw.ahead_radii * radius),
             along: ahead * (draw.length_radii * radius),
             across: Vector2::new(-ahead.y, ahead.x) * (draw.width_radii * radius),
@@ -74,20 +71,16 @@ impl<'s> Area<'s> {
 
     /// Always three draws, whatever comes of them.
     fn state(&mut self) -> StartState {
-        let position =
-            self.middle + self.along * (self.uniform() - 0.5) + self.across * (self.uniform() - 0.5);
+        let position = self.middle
+            + self.along * (self.draws.uniform() - 0.5)
+            + self.across * (self.draws.uniform() - 0.5);
         let Scenario { leader, start, .. } = self.scenario;
-        let deviation_deg = start.draw.heading_spread_deg * (2.0 * self.uniform() - 1.0);
+        let deviation_deg = start.draw.heading_spread_deg * (2.0 * self.draws.uniform() - 1.0);
         StartState {
             position_m: position.into(),
             heading_deg: (leader.heading_deg + deviation_deg) % 360.0,
             speed_m_s: leader.speed_m_s,
         }
-    }
-
-    /// In [0, 1), by the 53 bits that a double holds: the same in every version of every library.
-    fn uniform(&mut self) -> f64 {
-        (self.stream.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     fn is_free(&self, position: Point2<f64>, placed: &[StartState]) -> bool {
@@ -98,14 +91,6 @@ impl<'s> Area<'s> {
         };
         placed.iter().all(apart) && self.scenario.obstacles.iter().all(clear)
     }
-}
-
-fn stream(seed: u64) -> ChaCha8Rng {
-    let mut key = [0; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    let mut stream = ChaCha8Rng::from_seed(key);
-    stream.set_stream(STREAM);
-    stream
 }
 
 #[cfg(test)]

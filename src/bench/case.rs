@@ -11,7 +11,7 @@ use crate::{
     placement::Placement,
 };
 use anyhow::bail;
-use ringwing_messages::{Domain, DomainId, member::die_with};
+use ringwing_bus::{Domain, DomainId, member::die_with};
 use ringwing_scenario::{Scenario, start};
 use ringwing_world::MeasureArgs;
 use std::{collections::BTreeSet, path::Path, process::ExitCode};

@@ -7,7 +7,7 @@ use super::{
     result::{Case, Hop, Load, Piece, Repeat, Subject, Usage},
     samples::Samples,
 };
-use ringwing_messages::{StepRecord, TickRecord, Trace, TraceHead};
+use ringwing_bus::{StepRecord, TickRecord, Trace, TraceHead};
 use std::collections::BTreeMap;
 
 /// Pieces that the time of a repeat is shown in.

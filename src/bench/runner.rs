@@ -12,7 +12,7 @@ use super::{
 use crate::{launcher::LOG, placement::Placement};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_messages::{StopFlag, Trace, domain::DomainOwner};
+use ringwing_bus::{StopFlag, Trace, domain::DomainOwner};
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     fs,

@@ -2,7 +2,8 @@
 
 use super::{LaunchError, Plan};
 use crate::placement::Placement;
-use ringwing_messages::{DomainId, Part, Roster, Tick, UavId, member::is_running};
+use ringwing_bus::{DomainId, member::is_running};
+use ringwing_flight::{Part, Roster, Tick, UavId};
 use ringwing_scenario::{Scenario, fault::schedule::Act};
 use ringwing_world::MeasureArgs;
 use rustix::process::{Pid, Signal, kill_process};

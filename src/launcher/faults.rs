@@ -4,7 +4,8 @@
 //! tick, whatever the scheduling. In real time it is done as soon as the tick has come.
 
 use super::{LaunchError, Launcher, notice::Request};
-use ringwing_messages::{Level, Part, Roster, Tick, UavId, report};
+use ringwing_bus::report;
+use ringwing_flight::{Level, Part, Roster, Tick, UavId};
 use ringwing_scenario::{
     Action, Fault, Scenario,
     fault::{
@@ -235,7 +236,7 @@ impl Launcher<'_> {
             };
             match author {
                 Author::Scenario => {
-                    self.progress.tell(&ringwing_messages::Event::new(
+                    self.progress.tell(&ringwing_flight::Event::new(
                         Tick(tick),
                         Level::Info,
                         name,

@@ -4,7 +4,7 @@
 
 use super::LaunchError;
 use iceoryx2::{node::Node, prelude::ipc};
-use ringwing_messages::{Domain, member::create_node};
+use ringwing_bus::{Domain, member::create_node};
 use std::{
     sync::{
         Arc,

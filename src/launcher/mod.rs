@@ -14,10 +14,11 @@ use faults::Agenda;
 use janitor::Janitor;
 use notice::{Change, Desk, Notice};
 use progress::Progress;
-use ringwing_messages::{
-    BusError, Domain, Event, FormationError, Gate, Level, Part, Publisher, Roster, Stamps, Subscriber, Tick,
-    WorldReport, channel, domain::DomainOwner, member::create_node, report,
+use ringwing_bus::{
+    BusError, Domain, Gate, Publisher, Stamps, Subscriber, channel, domain::DomainOwner, member::create_node,
+    report,
 };
+use ringwing_flight::{Event, FormationError, Level, Part, Roster, Tick, WorldReport};
 use ringwing_recorder::RecorderReport;
 use ringwing_scenario::{Scenario, Wake, fault::schedule::Act};
 use ringwing_world::MeasureArgs;
@@ -108,7 +109,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let begin = Instant::now();
     // First of all: an interrupt from here on is noticed, and ends the run in order.
     let desk = Desk::open()?;
-    ringwing_messages::domain::remove_abandoned();
+    ringwing_bus::domain::remove_abandoned();
     let resolved = plan.scenario.to_toml();
     let (owner, gate) = DomainOwner::create(&resolved)?;
     let folder = make_folder(plan, owner.domain(), &resolved)?;

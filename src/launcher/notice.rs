@@ -1,7 +1,7 @@
 //! News for the launcher: what its processes do, and what its user wants.
 
 use super::{LaunchError, crew::End};
-use ringwing_messages::Gate;
+use ringwing_bus::Gate;
 use rustix::{
     event::{PollFd, PollFlags, poll},
     io::Errno,

@@ -1,7 +1,7 @@
 //! What the user sees while a run goes on, on stderr: one line that moves, and a line for each event.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_messages::{Event, FormationError, Level, Tick};
+use ringwing_flight::{Event, FormationError, Level, Tick};
 use ringwing_scenario::Scenario;
 use std::{
     io::{self, Write},

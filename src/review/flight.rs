@@ -4,7 +4,7 @@
 
 use crate::summary::{Summary, Told};
 use foxglove::messages::Log as Event;
-use ringwing_messages::Latency;
+use ringwing_flight::Latency;
 use ringwing_recorder::{
     Metrics,
     frame::UavFrame,

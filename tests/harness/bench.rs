@@ -3,7 +3,7 @@
 use super::{leftovers, ringwing, send, wait_until};
 use base64::{Engine, prelude::BASE64_STANDARD};
 use hdrhistogram::{Histogram, serialization::Deserializer};
-use ringwing_messages::{DomainId, domain};
+use ringwing_bus::{DomainId, domain};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{

@@ -1,8 +1,8 @@
 //! A whole flight in one process, from the pure modules alone: what the processes must agree with, to the bit.
 
 use ringwing_agent::{Decision, Pilot};
+use ringwing_flight::{LeaderState, Tick, UavId};
 use ringwing_leader::Path;
-use ringwing_messages::{LeaderState, Tick, UavId};
 use ringwing_scenario::{Scenario, start};
 use ringwing_world::{Happening, Sky};
 

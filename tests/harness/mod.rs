@@ -4,7 +4,8 @@ pub mod bench;
 pub mod in_process;
 pub mod log;
 
-use ringwing_messages::{Domain, DomainId, Gate, Part, Tick};
+use ringwing_bus::{Domain, DomainId, Gate};
+use ringwing_flight::{Part, Tick};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::{

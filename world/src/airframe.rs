@@ -3,8 +3,9 @@
 //! Never trusts a command: whatever an agent sends, Eq. (2) holds, and a silent agent's airframe takes care of itself.
 
 use nalgebra::Point2;
-use ringwing_messages::{Command, FlightMode, Tick, UavId};
-use ringwing_scenario::{Failsafe, Pose, Scenario, StartState};
+use ringwing_flight::Pose;
+use ringwing_flight::{Command, FlightMode, Tick, UavId};
+use ringwing_scenario::{Failsafe, Scenario, StartState};
 
 /// Why a command was not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -62,7 +63,7 @@ impl Airframe {
         };
         let start_pose = Pose {
             position: Point2::from(start.position_m),
-            heading_rad: ringwing_scenario::wrap(start.heading_deg.to_radians()),
+            heading_rad: ringwing_flight::wrap(start.heading_deg.to_radians()),
         };
         Self {
             uav,
@@ -155,7 +156,7 @@ impl Airframe {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use ringwing_messages::Terms;
+    use ringwing_flight::Terms;
 
     const START: StartState = StartState { position_m: [-40.0, 7.0], heading_deg: 20.0, speed_m_s: 15.0 };
 

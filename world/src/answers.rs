@@ -3,7 +3,8 @@
 //! The truth is in the samples: an agent has answered a tick when a command of that tick has come from it. The leader has
 //! answered when it has told everybody.
 
-use ringwing_messages::{Command, FlightMode, Part, Roster, Stamps, Tick, TickTiming, UavId};
+use ringwing_bus::Stamps;
+use ringwing_flight::{Command, FlightMode, Part, Roster, Tick, TickTiming, UavId};
 
 /// The answers to one tick.
 #[derive(Debug)]
@@ -155,7 +156,7 @@ impl Answers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_messages::Terms;
+    use ringwing_flight::Terms;
 
     fn command(uav: u32, tick: i64) -> Command {
         Command {

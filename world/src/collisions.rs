@@ -1,7 +1,7 @@
 //! What has run into what.
 
 use crate::Airframe;
-use ringwing_messages::UavId;
+use ringwing_flight::UavId;
 use ringwing_scenario::Obstacle;
 use std::collections::BTreeSet;
 
@@ -80,7 +80,7 @@ impl Collisions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_messages::Tick;
+    use ringwing_flight::Tick;
     use ringwing_scenario::{Scenario, StartState};
 
     fn airframes(places: &[[f64; 2]]) -> Vec<Airframe> {

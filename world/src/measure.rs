@@ -2,10 +2,10 @@
 //!
 //! Never there when nobody asks, and never chooses: late answers, long ticks and ticks that never began are all kept.
 
-use ringwing_messages::{
-    BusError, Gate, Part, Stamps, StepRecord, TickRecord, Trace, TraceHead, Used, monotonic_ns,
-    usage::pss_bytes,
+use ringwing_bus::{
+    BusError, Gate, Stamps, StepRecord, TickRecord, Trace, TraceHead, Used, monotonic_ns, usage::pss_bytes,
 };
+use ringwing_flight::Part;
 use std::path::PathBuf;
 
 /// What to measure, and where to leave it.

@@ -1,9 +1,7 @@
 //! All that the world is connected to.
 
-use ringwing_messages::{
-    Ballast, BusError, Command, Event, Member, Publisher, Roster, Sensed, Subscriber, TickTiming, UavId,
-    channel,
-};
+use ringwing_bus::{Ballast, BusError, Member, Publisher, Subscriber, channel};
+use ringwing_flight::{Command, Event, Roster, Sensed, TickTiming, UavId};
 
 /// The world's ends of the services.
 #[derive(Debug)]

@@ -9,10 +9,11 @@ use crate::{
     sky::Happening,
     tally::Tally,
 };
-use ringwing_messages::{
-    BusError, Collision, DomainId, Due, Event, Gate, Level, Member, Part, Stamps, StopFlag, Tick, UavId,
-    Wake, Waker, channel, monotonic_ns, patience::crowd, report,
+use ringwing_bus::{
+    BusError, DomainId, Due, Gate, Member, Stamps, StopFlag, Wake, Waker, channel, monotonic_ns,
+    patience::crowd, report,
 };
+use ringwing_flight::{Collision, Event, Level, Part, Tick, UavId};
 use ringwing_scenario::{Scenario, ScenarioError, start};
 use std::{
     thread,
@@ -441,7 +442,7 @@ impl<'a> World<'a> {
         self.ports.events.send(Event::new(self.sky.now(), level, name, text), Stamps::now())
     }
 
-    fn report(&self) -> ringwing_messages::WorldReport {
+    fn report(&self) -> ringwing_flight::WorldReport {
         let now = self.sky.now();
         let measured = self.measure.as_ref().is_some_and(Measure::is_done);
         self.tally.report(now.0, now >= self.last_tick || measured)

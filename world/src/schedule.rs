@@ -3,7 +3,7 @@
 //! Absolute, so that small delays do not add up. A delay of a period or more moves the whole schedule: simulated time
 //! falls behind the wall clock, and the airframes never feel ticks in a burst.
 
-use ringwing_messages::Due;
+use ringwing_bus::Due;
 
 /// When each tick is due, in nanoseconds of a monotonic clock.
 #[derive(Debug, Clone, PartialEq, Eq)]

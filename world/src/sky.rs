@@ -6,7 +6,7 @@ use crate::{
     Airframe, Refusal,
     collisions::{Collisions, Other},
 };
-use ringwing_messages::{Command, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
+use ringwing_flight::{Command, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
 use ringwing_scenario::{Obstacle, Scenario, StartState};
 
 /// Something that happened between two ticks.

@@ -1,7 +1,7 @@
 //! What the world counts over a flight, for its report.
 
 use hdrhistogram::Histogram;
-use ringwing_messages::{Collision, Command, Latency, Sensed, TickTiming, WorldReport};
+use ringwing_flight::{Collision, Command, Latency, Sensed, TickTiming, WorldReport};
 use xxhash_rust::xxh3::Xxh3;
 
 /// The longest latency told apart: a minute.

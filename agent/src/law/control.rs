@@ -1,7 +1,7 @@
 //! From force to command: Eq. (5), (6), (11) and (12).
 
 use nalgebra::Vector2;
-use ringwing_scenario::direction;
+use ringwing_flight::direction;
 
 /// What the control inputs can be, Eq. (2).
 #[derive(Debug, Clone, Copy, PartialEq)]

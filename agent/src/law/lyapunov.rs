@@ -2,7 +2,7 @@
 
 use super::{Field, displacement, potential_forces};
 use nalgebra::{Point2, Vector2};
-use ringwing_scenario::direction;
+use ringwing_flight::direction;
 
 /// One UAV of a swarm, with what its law measures it against.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,11 +3,12 @@
 
 use nalgebra::Point2;
 use ringwing_agent::Pilot;
-use ringwing_messages::{
+use ringwing_flight::{
     FlightMode, LeaderState, Sensed, SensedObstacle, Terms, Tick, UavId, UavState,
     payload::MAX_SENSED_OBSTACLES,
 };
-use ringwing_scenario::{LivingRing, Obstacle, Pose, Scenario, Setting, Source, StartState, start};
+use ringwing_flight::{LivingRing, Pose};
+use ringwing_scenario::{Obstacle, Scenario, Setting, Source, StartState, start};
 use std::collections::BTreeMap;
 
 /// What all links between neighbours do to messages.
@@ -238,7 +239,7 @@ impl Flight {
 
     /// Each living UAV's distance from its slot in the ring of those who live in truth.
     pub(crate) fn slot_errors_m(&self) -> Vec<f64> {
-        let mut ring = LivingRing::whole(&self.scenario);
+        let mut ring = self.scenario.whole_ring();
         ring.reform(|number| self.pilots[number as usize - 1].is_some());
         let centre = Point2::from(self.leader_at(self.now).position_m);
         let error = |index: usize| {

@@ -94,7 +94,7 @@ fn grid(scenario: &Scenario) -> Value {
     let wanted_m = way_m + 12.0 * formation.radius_m();
     let square_m = formation.spacing_m() * (wanted_m / formation.spacing_m() / GRID_LINES).ceil();
     let lines = (wanted_m / square_m).ceil();
-    let ahead = ringwing_scenario::direction(scenario.leader.heading_deg.to_radians()) * (way_m / 2.0);
+    let ahead = ringwing_flight::direction(scenario.leader.heading_deg.to_radians()) * (way_m / 2.0);
     let [x, y] = scenario.leader.start_m;
     json!({
         "layerId": "foxglove.Grid",

@@ -5,7 +5,8 @@
 
 use super::{commanded, is_commanded};
 use crate::{frame::Frame, schema::UavState};
-use ringwing_scenario::{Law, LivingRing, Scenario};
+use ringwing_flight::LivingRing;
+use ringwing_scenario::{Law, Scenario};
 
 /// Rounding may lift V by this share of it.
 const ROUNDING: f64 = 1e-9;
@@ -119,7 +120,7 @@ mod tests {
     #[test]
     fn the_formation_has_the_least_and_each_term_its_weight() {
         let scenario = ring_of(4, 10.0);
-        let (mut watch, ring) = (LyapunovWatch::new(&scenario), LivingRing::whole(&scenario));
+        let (mut watch, ring) = (LyapunovWatch::new(&scenario), scenario.whole_ring());
         assert!(watch.observe(&at_rest(&scenario, 0), &ring, 4).unwrap() < 1e-20);
         assert!((watch.observe(&displaced(&scenario, 1, 3.0), &ring, 4).unwrap() - 4.5).abs() < 1e-9);
         let mut frame = at_rest(&scenario, 2);
@@ -132,7 +133,7 @@ mod tests {
     #[test]
     fn a_rise_counts_where_nothing_excuses_it() {
         let scenario = ring_of(3, 40.0);
-        let (mut watch, ring) = (LyapunovWatch::new(&scenario), LivingRing::whole(&scenario));
+        let (mut watch, ring) = (LyapunovWatch::new(&scenario), scenario.whole_ring());
         let mut excused = displaced(&scenario, 1, 2.0);
         excused.uavs[1].control.as_mut().unwrap().speed_saturated = true;
         let frames = [displaced(&scenario, 0, 1.0), excused, displaced(&scenario, 2, 3.0)];
@@ -153,7 +154,7 @@ mod tests {
         let scenario = ring_of(3, 40.0);
         let mut frame = at_rest(&scenario, 0);
         frame.uavs.iter_mut().for_each(|uav| uav.state = None);
-        let ring = LivingRing::whole(&scenario);
+        let ring = scenario.whole_ring();
         assert_eq!(LyapunovWatch::new(&scenario).observe(&frame, &ring, 0), None);
     }
 }

@@ -12,7 +12,7 @@ use foxglove::messages::{
     line_primitive::Type::{LineList, LineLoop},
 };
 use nalgebra::Point2;
-use ringwing_messages::FlightMode;
+use ringwing_flight::FlightMode;
 
 /// Wing span over the distance between neighbours: to be seen when the whole ring is.
 const SPAN: f64 = 0.2;

@@ -9,7 +9,7 @@ use crate::{
 };
 use foxglove::messages::{Color, LinePrimitive, Point3, SceneUpdate, line_primitive::Type::LineList};
 use nalgebra::Point2;
-use ringwing_messages::FlightMode;
+use ringwing_flight::FlightMode;
 
 const PIXELS: f64 = 3.0;
 

@@ -6,7 +6,8 @@ use foxglove::messages::{
     CylinderPrimitive, Point3, SceneEntity, SceneUpdate, Vector3, line_primitive::Type::LineLoop,
 };
 use nalgebra::Point2;
-use ringwing_scenario::{Formation, Obstacle};
+use ringwing_flight::Formation;
+use ringwing_scenario::Obstacle;
 use std::f64::consts::TAU;
 
 /// Corners of a circle.

@@ -1,7 +1,8 @@
 //! From a sentence to what it means.
 
 use super::{
-    Action, Deed, Delay, Fault, Links, Misunderstanding, Receiver, Sender, Targets, Trouble, words::Words,
+    Action, Delay, Fault, Links, Misunderstanding, ProcessFault, Receiver, Sender, Targets, Trouble,
+    words::Words,
 };
 
 type Read<T> = Result<T, Misunderstanding>;
@@ -52,7 +53,7 @@ fn whole_action(words: &mut Words<'_>) -> Read<Action> {
         "partition" => on(partition(words)?, cut(words)?, words)?,
         "isolate" => on(isolate(words)?, cut(words)?, words)?,
         "heal" => Action::Heal(healed(words)?),
-        deed => process(deed, words)?,
+        fault => process(fault, words)?,
     };
     words.end()?;
     Ok(action)
@@ -61,28 +62,28 @@ fn whole_action(words: &mut Words<'_>) -> Read<Action> {
 fn process(verb: &str, words: &mut Words<'_>) -> Read<Action> {
     debug_assert!(DEEDS.contains(&verb));
     let targets = targets(words)?;
-    let deed = match verb {
-        "kill" => Deed::Kill,
-        "stop" => Deed::Stop,
-        "freeze" => Deed::Freeze { for_s: for_s(words)? },
-        "thaw" => Deed::Thaw,
-        "start" => Deed::Start,
+    let fault = match verb {
+        "kill" => ProcessFault::Kill,
+        "stop" => ProcessFault::Stop,
+        "freeze" => ProcessFault::Freeze { for_s: for_s(words)? },
+        "thaw" => ProcessFault::Thaw,
+        "start" => ProcessFault::Start,
         "restart" => {
             words.need("after")?;
-            Deed::Restart { after_s: words.duration_s()? }
+            ProcessFault::Restart { after_s: words.duration_s()? }
         }
         "flap" => {
             words.need("every")?;
             let every_s = words.duration_s()?;
             words.need("for")?;
-            Deed::Flap { every_s, for_s: words.duration_s()? }
+            ProcessFault::Flap { every_s, for_s: words.duration_s()? }
         }
         _ => {
             words.need("by")?;
-            Deed::Slow { by_s: words.duration_s()?, for_s: for_s(words)? }
+            ProcessFault::Slow { by_s: words.duration_s()?, for_s: for_s(words)? }
         }
     };
-    Ok(Action::Process { deed, targets })
+    Ok(Action::Process { fault, targets })
 }
 
 fn targets(words: &mut Words<'_>) -> Read<Targets> {

@@ -1,60 +1,30 @@
-//! What faults come to, tick by tick: which process is met when, and which links are troubled from when to when.
+//! The schedule of faults: what to do to which process before which tick, and which links have faults when.
 
-use super::{Action, Deed, Fault, Links, Targets, Trouble};
-use crate::draw::Draws;
+use super::{Action, Fault, Links, ProcessFault, Targets, Trouble};
+use ringwing_flight::draw::Draws;
+use ringwing_flight::{Event, Part, ProcessAction, Tick, TimedEvent, UavId};
 
-/// A process that can be met.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Target {
-    /// The world.
-    World,
-    /// The leader.
-    Leader,
-    /// The recorder.
-    Recorder,
-    /// The agent of this UAV.
-    Uav(u32),
-}
-
-/// What a process is met with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Act {
-    /// SIGKILL.
-    Kill {
-        /// It is to be started again later.
-        returns: bool,
-    },
-    /// SIGTERM.
-    Stop,
-    /// SIGSTOP.
-    Freeze,
-    /// SIGCONT.
-    Thaw,
-    /// A new process.
-    Start,
-}
-
-/// One process, met at one tick.
+/// Something to do to one process at one tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Intervention {
+pub struct ScheduledAction {
     /// Before this tick is opened.
     pub tick: i64,
-    /// Who.
-    pub target: Target,
-    /// With what.
-    pub act: Act,
+    /// The process.
+    pub part: Part,
+    /// What to do to it.
+    pub action: ProcessAction,
     /// The sentence that asked for it.
     pub sentence: String,
 }
 
-/// Links that are troubled for a while.
+/// A fault of links, with its ticks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkFault {
-    /// What is sent from this tick on is concerned.
+    /// Applies to what is sent from this tick on.
     pub begin: i64,
-    /// What is sent from this tick on no longer is; none if it lasts.
+    /// No longer applies to what is sent from this tick on; `None` if it lasts.
     pub end: Option<i64>,
-    /// Which links.
+    /// The links.
     pub links: Links,
     /// What is wrong with them.
     pub trouble: Trouble,
@@ -63,7 +33,7 @@ pub struct LinkFault {
 }
 
 impl LinkFault {
-    /// Whether what is sent at `tick` is concerned.
+    /// Whether it applies to what is sent at `tick`.
     pub fn is_on(&self, tick: i64) -> bool {
         self.begin <= tick && self.end.is_none_or(|end| tick < end)
     }
@@ -71,9 +41,9 @@ impl LinkFault {
 
 /// A process that answers late for a while.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slowness {
-    /// Who.
-    pub target: Target,
+pub struct SlowAnswers {
+    /// The process.
+    pub part: Part,
     /// From this tick on.
     pub begin: i64,
     /// To the tick before this one.
@@ -82,23 +52,12 @@ pub struct Slowness {
     pub by_s: f64,
 }
 
-/// Something to tell of a fault that no process meets by itself: `fault.link`, `fault.slow`, `fault.healed`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Announcement {
-    /// When.
-    pub tick: i64,
-    /// What kind of event it is.
-    pub name: &'static str,
-    /// The sentence concerned.
-    pub text: String,
-}
-
-/// Faults as one run meets them.
+/// The faults of one run, to be put on its ticks.
 #[derive(Debug, Clone, Copy)]
 pub struct Schedule<'f> {
-    /// What is asked for, in the order in which it was.
+    /// The faults, in the order they were asked for.
     pub faults: &'f [Fault],
-    /// Seed of what is drawn.
+    /// Seed of the drawn targets.
     pub seed: u64,
     /// Ticks a second.
     pub rate_hz: u32,
@@ -106,7 +65,15 @@ pub struct Schedule<'f> {
     pub uavs: u32,
 }
 
-/// Set apart from every other use of the seed.
+/// A process fault and the processes it was assigned to.
+struct Assigned {
+    tick: i64,
+    fault: ProcessFault,
+    parts: Vec<Part>,
+    sentence: String,
+}
+
+/// The purpose of these draws. Another value draws other targets from the same seed.
 const RANDOM_TARGETS: u64 = 0x7461_7267_6574;
 
 impl Schedule<'_> {
@@ -115,80 +82,82 @@ impl Schedule<'_> {
         (time_s * f64::from(self.rate_hz)).round() as i64
     }
 
-    /// A duration in ticks; what is above 0 lasts for one at least.
+    /// A duration in ticks: at least one.
     fn ticks(&self, time_s: f64) -> i64 {
         self.tick(time_s).max(1)
     }
 
-    /// Who is met when, in order of ticks; within a tick in the order in which it was asked for.
-    pub fn interventions(&self) -> Vec<Intervention> {
+    /// What to do to which process when, in order of ticks; within a tick in the order of the faults.
+    pub fn scheduled_actions(&self) -> Vec<ScheduledAction> {
         let mut all = Vec::new();
-        for (tick, deed, targets, fault) in self.deeds() {
-            let moments = self.moments(deed, tick);
-            for target in targets {
-                let meet = |(tick, act): &(i64, Act)| {
-                    let (tick, act) = (*tick, *act);
-                    Intervention { tick, target, act, sentence: fault.action.to_string() }
-                };
-                all.extend(moments.iter().map(meet));
+        for Assigned { tick, fault, parts, sentence } in self.process_faults() {
+            let moments = self.moments(fault, tick);
+            for part in parts {
+                let scheduled =
+                    |&(tick, action)| ScheduledAction { tick, part, action, sentence: sentence.clone() };
+                all.extend(moments.iter().map(scheduled));
             }
         }
-        all.sort_by_key(|intervention: &Intervention| intervention.tick);
+        all.sort_by_key(|scheduled: &ScheduledAction| scheduled.tick);
         all
     }
 
-    /// Everything that is done to processes: from which tick on, what, to whom, and why.
-    fn deeds(&self) -> Vec<(i64, Deed, Vec<Target>, &Fault)> {
-        let mut deeds = Vec::new();
+    /// The process faults, each with its tick and the processes it names or draws.
+    fn process_faults(&self) -> Vec<Assigned> {
+        let mut all = Vec::new();
         let mut drawn = Vec::new();
-        for fault in self.faults {
-            let Action::Process { deed, targets } = &fault.action else { continue };
-            let tick = self.tick(fault.at_s);
+        for asked in self.faults {
+            let Action::Process { fault, targets } = &asked.action else { continue };
+            let tick = self.tick(asked.at_s);
             let rank = drawn.iter().filter(|before| **before == tick).count();
             if matches!(targets, Targets::Random(_)) {
                 drawn.push(tick);
             }
-            deeds.push((tick, *deed, self.named(targets, tick, rank as u64), fault));
+            let parts = self.named(targets, tick, rank as u64);
+            all.push(Assigned { tick, fault: *fault, parts, sentence: asked.action.to_string() });
         }
-        deeds
+        all
     }
 
     /// The processes of `targets`; a draw depends on its tick, and on its rank among those of the same tick.
-    fn named(&self, targets: &Targets, tick: i64, rank: u64) -> Vec<Target> {
+    fn named(&self, targets: &Targets, tick: i64, rank: u64) -> Vec<Part> {
         let uavs = match targets {
-            Targets::World => return vec![Target::World],
-            Targets::Leader => return vec![Target::Leader],
-            Targets::Recorder => return vec![Target::Recorder],
+            Targets::World => return vec![Part::World],
+            Targets::Leader => return vec![Part::Leader],
+            Targets::Recorder => return vec![Part::Recorder],
             Targets::Uavs(uavs) => uavs.clone(),
             Targets::Random(count) => Draws::new(self.seed, [RANDOM_TARGETS, rank, 0], tick.cast_unsigned())
                 .choose(*count, self.uavs),
             Targets::AllUavs => (1..=self.uavs).collect(),
         };
-        uavs.into_iter().map(Target::Uav).collect()
+        uavs.into_iter().map(|uav| Part::Agent(UavId(uav))).collect()
     }
 
-    fn moments(&self, deed: Deed, tick: i64) -> Vec<(i64, Act)> {
-        let kill = Act::Kill { returns: true };
-        match deed {
-            Deed::Kill => vec![(tick, Act::Kill { returns: false })],
-            Deed::Stop => vec![(tick, Act::Stop)],
-            Deed::Thaw => vec![(tick, Act::Thaw)],
-            Deed::Start => vec![(tick, Act::Start)],
-            Deed::Freeze { for_s: None } => vec![(tick, Act::Freeze)],
-            Deed::Freeze { for_s: Some(for_s) } => {
-                vec![(tick, Act::Freeze), (tick + self.ticks(for_s), Act::Thaw)]
+    /// The single actions that `fault`, begun at `tick`, consists of.
+    fn moments(&self, fault: ProcessFault, tick: i64) -> Vec<(i64, ProcessAction)> {
+        let kill = ProcessAction::Kill { returns: true };
+        match fault {
+            ProcessFault::Kill => vec![(tick, ProcessAction::Kill { returns: false })],
+            ProcessFault::Stop => vec![(tick, ProcessAction::Stop)],
+            ProcessFault::Thaw => vec![(tick, ProcessAction::Thaw)],
+            ProcessFault::Start => vec![(tick, ProcessAction::Start)],
+            ProcessFault::Freeze { for_s: None } => vec![(tick, ProcessAction::Freeze)],
+            ProcessFault::Freeze { for_s: Some(for_s) } => {
+                vec![(tick, ProcessAction::Freeze), (tick + self.ticks(for_s), ProcessAction::Thaw)]
             }
-            Deed::Restart { after_s } => vec![(tick, kill), (tick + self.ticks(after_s), Act::Start)],
-            Deed::Flap { every_s, for_s } => {
+            ProcessFault::Restart { after_s } => {
+                vec![(tick, kill), (tick + self.ticks(after_s), ProcessAction::Start)]
+            }
+            ProcessFault::Flap { every_s, for_s } => {
                 let (every, last) = (self.ticks(every_s).max(2), tick + self.ticks(for_s));
                 let deaths = (tick..last).step_by(every as usize);
-                deaths.flat_map(|death| [(death, kill), (death + every / 2, Act::Start)]).collect()
+                deaths.flat_map(|death| [(death, kill), (death + every / 2, ProcessAction::Start)]).collect()
             }
-            Deed::Slow { .. } => Vec::new(),
+            ProcessFault::Slow { .. } => Vec::new(),
         }
     }
 
-    /// Which links are troubled from when to when, in the order in which it was asked for.
+    /// The link faults in order of time.
     pub fn link_faults(&self) -> Vec<LinkFault> {
         let mut all: Vec<LinkFault> = Vec::new();
         let mut in_order: Vec<&Fault> = self.faults.iter().collect();
@@ -204,10 +173,10 @@ impl Schedule<'_> {
                     sentence: fault.action.to_string(),
                 }),
                 Action::Heal(links) => {
-                    let on = |fault: &&mut LinkFault| {
+                    let heals = |fault: &&mut LinkFault| {
                         fault.is_on(begin) && (*links == Links::All || *links == fault.links)
                     };
-                    all.iter_mut().filter(on).for_each(|fault| fault.end = Some(begin));
+                    all.iter_mut().filter(heals).for_each(|fault| fault.end = Some(begin));
                 }
                 Action::Process { .. } => {}
             }
@@ -215,29 +184,30 @@ impl Schedule<'_> {
         all
     }
 
-    /// Who answers late from when to when.
-    pub fn slownesses(&self) -> Vec<Slowness> {
-        let slow = |(begin, deed, targets, _): (i64, Deed, Vec<Target>, &Fault)| {
-            let Deed::Slow { by_s, for_s } = deed else { return Vec::new() };
+    /// Which processes answer late, and when.
+    pub fn slow_answers(&self) -> Vec<SlowAnswers> {
+        let slow = |Assigned { tick: begin, fault, parts, .. }: Assigned| {
+            let ProcessFault::Slow { by_s, for_s } = fault else { return Vec::new() };
             let end = for_s.map_or(i64::MAX, |for_s| begin + self.ticks(for_s));
-            targets.into_iter().map(|target| Slowness { target, begin, end, by_s }).collect()
+            parts.into_iter().map(|part| SlowAnswers { part, begin, end, by_s }).collect()
         };
-        self.deeds().into_iter().flat_map(slow).collect()
+        self.process_faults().into_iter().flat_map(slow).collect()
     }
 
-    /// What is to be told of links and slow processes, in order of ticks.
-    pub fn announcements(&self) -> Vec<Announcement> {
-        let told = |tick, name, text: &str| Announcement { tick, name, text: text.to_owned() };
+    /// The events that tell of link faults and slow processes, in order of ticks.
+    ///
+    /// Known beforehand, unlike those of process faults, which tell what was really done.
+    pub fn announcements(&self) -> Vec<TimedEvent> {
+        let at = |tick, event| TimedEvent { tick: Tick(tick), event };
         let mut all = Vec::new();
-        for fault in self.link_faults() {
-            all.push(told(fault.begin, "fault.link", &fault.sentence));
-            all.extend(fault.end.map(|end| told(end, "fault.healed", &fault.sentence)));
+        for LinkFault { begin, end, sentence, .. } in self.link_faults() {
+            all.push(at(begin, Event::LinkFault { sentence: sentence.clone() }));
+            all.extend(end.map(|end| at(end, Event::FaultHealed { sentence })));
         }
-        for (begin, deed, _, fault) in self.deeds() {
-            let Deed::Slow { for_s, .. } = deed else { continue };
-            let sentence = fault.action.to_string();
-            all.push(told(begin, "fault.slow", &sentence));
-            all.extend(for_s.map(|for_s| told(begin + self.ticks(for_s), "fault.healed", &sentence)));
+        for Assigned { tick, fault, sentence, .. } in self.process_faults() {
+            let ProcessFault::Slow { for_s, .. } = fault else { continue };
+            all.push(at(tick, Event::SlowFault { sentence: sentence.clone() }));
+            all.extend(for_s.map(|for_s| at(tick + self.ticks(for_s), Event::FaultHealed { sentence })));
         }
         all.sort_by_key(|one| one.tick);
         all

@@ -1,8 +1,8 @@
 use super::{
-    Action, Deed, Delay, Fault, Links, Receiver, Sender, Source, Targets, Trouble,
-    schedule::{Act, Schedule, Target},
+    Action, Delay, Fault, Links, ProcessFault, Receiver, Sender, Source, Targets, Trouble, schedule::Schedule,
 };
 use proptest::{collection::vec, option, prelude::*};
+use ringwing_flight::{Part, ProcessAction, UavId};
 
 fn action(text: &str) -> Action {
     text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
@@ -148,25 +148,25 @@ fn each_process_is_met_at_its_tick() {
         "at 0 s slow uav 1 by 3 ms for 1 s",
     ]);
     let met: Vec<_> =
-        schedule(&faults, 1).interventions().iter().map(|one| (one.tick, one.target, one.act)).collect();
-    let (kill, uav) = (Act::Kill { returns: true }, Target::Uav);
+        schedule(&faults, 1).scheduled_actions().iter().map(|one| (one.tick, one.part, one.action)).collect();
+    let (kill, uav) = (ProcessAction::Kill { returns: true }, |uav| Part::Agent(UavId(uav)));
     assert_eq!(
         met,
         [
-            (100, Target::Leader, kill),
+            (100, Part::Leader, kill),
             (200, uav(2), kill),
-            (250, uav(2), Act::Start),
+            (250, uav(2), ProcessAction::Start),
             (300, uav(2), kill),
-            (300, uav(4), Act::Freeze),
-            (300, uav(5), Act::Freeze),
-            (301, uav(4), Act::Thaw),
-            (301, uav(5), Act::Thaw),
-            (350, uav(2), Act::Start),
-            (600, Target::Leader, Act::Start),
+            (300, uav(4), ProcessAction::Freeze),
+            (300, uav(5), ProcessAction::Freeze),
+            (301, uav(4), ProcessAction::Thaw),
+            (301, uav(5), ProcessAction::Thaw),
+            (350, uav(2), ProcessAction::Start),
+            (600, Part::Leader, ProcessAction::Start),
         ]
     );
-    let slow = schedule(&faults, 1).slownesses();
-    assert_eq!((slow.len(), slow[0].target, slow[0].begin, slow[0].end), (1, uav(1), 0, 100));
+    let slow = schedule(&faults, 1).slow_answers();
+    assert_eq!((slow.len(), slow[0].part, slow[0].begin, slow[0].end), (1, uav(1), 0, 100));
 }
 
 #[test]
@@ -174,16 +174,16 @@ fn random_targets_are_the_seeds_and_their_ticks() {
     let faults =
         faults(&["at 2 s kill random 2 uavs", "at 3 s kill random 2 uavs", "at 3 s stop random 2 uavs"]);
     let drawn = |seed| {
-        let met = schedule(&faults, seed).interventions();
-        met.chunks(2).map(|pair| [pair[0].target, pair[1].target]).collect::<Vec<_>>()
+        let met = schedule(&faults, seed).scheduled_actions();
+        met.chunks(2).map(|pair| [pair[0].part, pair[1].part]).collect::<Vec<_>>()
     };
     assert_eq!(drawn(1), drawn(1));
     assert!((2..9).any(|seed| drawn(seed) != drawn(1)));
     assert!((1..9).any(|seed| drawn(seed)[1] != drawn(seed)[2]), "two draws at one tick are two draws");
     let without_first: Vec<_> = schedule(&faults[1..], 1)
-        .interventions()
+        .scheduled_actions()
         .chunks(2)
-        .map(|pair| [pair[0].target, pair[1].target])
+        .map(|pair| [pair[0].part, pair[1].part])
         .collect();
     assert_eq!(drawn(1)[1..], without_first);
 }
@@ -225,16 +225,16 @@ fn targets() -> impl Strategy<Value = Targets> {
     ]
 }
 
-fn deed() -> impl Strategy<Value = Deed> {
+fn fault() -> impl Strategy<Value = ProcessFault> {
     prop_oneof![
-        Just(Deed::Kill),
-        Just(Deed::Stop),
-        Just(Deed::Thaw),
-        Just(Deed::Start),
-        option::of(time()).prop_map(|for_s| Deed::Freeze { for_s }),
-        time().prop_map(|after_s| Deed::Restart { after_s }),
-        (time(), time()).prop_map(|(every_s, for_s)| Deed::Flap { every_s, for_s }),
-        (time(), option::of(time())).prop_map(|(by_s, for_s)| Deed::Slow { by_s, for_s }),
+        Just(ProcessFault::Kill),
+        Just(ProcessFault::Stop),
+        Just(ProcessFault::Thaw),
+        Just(ProcessFault::Start),
+        option::of(time()).prop_map(|for_s| ProcessFault::Freeze { for_s }),
+        time().prop_map(|after_s| ProcessFault::Restart { after_s }),
+        (time(), time()).prop_map(|(every_s, for_s)| ProcessFault::Flap { every_s, for_s }),
+        (time(), option::of(time())).prop_map(|(by_s, for_s)| ProcessFault::Slow { by_s, for_s }),
     ]
 }
 
@@ -294,7 +294,7 @@ fn trouble() -> impl Strategy<Value = Trouble> {
 
 fn any_action() -> impl Strategy<Value = Action> {
     prop_oneof![
-        (deed(), targets()).prop_map(|(deed, targets)| Action::Process { deed, targets }),
+        (fault(), targets()).prop_map(|(fault, targets)| Action::Process { fault, targets }),
         (links(), trouble(), option::of(time())).prop_map(|(links, trouble, for_s)| Action::Link {
             links,
             trouble,
@@ -321,12 +321,12 @@ proptest! {
     #[test]
     fn a_schedule_is_in_order_and_every_freeze_with_a_time_is_thawed(at_s in vec(0.0..99.0_f64, 1..9), for_s in time()) {
         let freeze = |at_s| Fault { at_s, action: Action::Process {
-            deed: Deed::Freeze { for_s: Some(for_s) }, targets: Targets::Random(2),
+            fault: ProcessFault::Freeze { for_s: Some(for_s) }, targets: Targets::Random(2),
         } };
         let faults: Vec<_> = at_s.into_iter().map(freeze).collect();
-        let met = schedule(&faults, 3).interventions();
+        let met = schedule(&faults, 3).scheduled_actions();
         prop_assert!(met.is_sorted_by_key(|one| one.tick));
-        let count = |act| met.iter().filter(|one| one.act == act).count();
-        prop_assert_eq!(count(Act::Freeze), count(Act::Thaw));
+        let count = |act| met.iter().filter(|one| one.action == act).count();
+        prop_assert_eq!(count(ProcessAction::Freeze), count(ProcessAction::Thaw));
     }
 }

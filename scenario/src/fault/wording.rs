@@ -1,6 +1,6 @@
 //! From what is meant to the sentence that says it: read back, it means the same to the last bit.
 
-use super::{Action, Deed, Delay, Fault, Links, Receiver, Sender, Source, Targets, Trouble};
+use super::{Action, Delay, Fault, Links, ProcessFault, Receiver, Sender, Source, Targets, Trouble};
 use std::fmt::{self, Display, Formatter};
 
 impl Display for Fault {
@@ -12,7 +12,7 @@ impl Display for Fault {
 impl Display for Action {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Process { deed, targets } => write!(f, "{} {targets}{}", deed.verb(), deed.rest()),
+            Self::Process { fault, targets } => write!(f, "{} {targets}{}", fault.verb(), fault.rest()),
             Self::Link { links, trouble, for_s } => {
                 match (links, trouble) {
                     (Links::Partition(_) | Links::Isolate(_), Trouble::Blackout) => write!(f, "{links}")?,
@@ -26,7 +26,7 @@ impl Display for Action {
     }
 }
 
-impl Deed {
+impl ProcessFault {
     pub(super) fn verb(self) -> &'static str {
         match self {
             Self::Kill => "kill",

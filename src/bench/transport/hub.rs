@@ -11,7 +11,8 @@ use crate::{
     placement::Placement,
 };
 use anyhow::{Context, bail, ensure};
-use ringwing_messages::{Domain, Gate, Part, Patience, Tick, Trace, UavId, monotonic_ns, patience::crowd};
+use ringwing_bus::{Domain, Gate, Patience, Trace, monotonic_ns, patience::crowd};
+use ringwing_flight::{Part, Tick, UavId};
 use ringwing_world::{
     MeasureArgs,
     measure::{Measure, Turn},

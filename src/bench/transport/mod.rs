@@ -9,7 +9,7 @@ mod wire;
 mod words;
 
 use super::result::{Case, Subject};
-use ringwing_messages::{Command, LeaderState, Sensed, UavState};
+use ringwing_flight::{Command, LeaderState, Sensed, UavState};
 
 /// The tick that ends all.
 const END: i64 = i64::MAX;

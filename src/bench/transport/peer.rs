@@ -4,10 +4,11 @@
 
 use super::{END, Exchange, wire::Wire, words::Words};
 use crate::bench::result::{Case, Load, Subject};
-use ringwing_messages::{
-    Domain, DomainId, Gate, Part, Patience, StepRecord, StopFlag, Tick, Trace, TraceHead, UavId, Wait,
-    member::die_with, monotonic_ns,
+use ringwing_bus::{
+    Domain, DomainId, Gate, Patience, StepRecord, StopFlag, Trace, TraceHead, Wait, member::die_with,
+    monotonic_ns,
 };
+use ringwing_flight::{Part, Tick, UavId};
 use std::{
     io,
     net::{Ipv4Addr, TcpStream, UdpSocket},

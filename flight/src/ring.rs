@@ -1,13 +1,26 @@
-//! The ring of those who are left: a function of who lives alone, so that all who agree on that fly the same ring.
+//! The ring of the UAVs still alive: a function of who is alive and of nothing else, so that all who agree on that fly the same ring.
 //!
-//! Never knows how anybody came to be lost, nor when.
+//! Never knows how or when a UAV was lost.
 
-use crate::{Formation, OnLoss, Scenario, direction};
+use crate::{Formation, direction};
 use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Fewer than this make no ring: who is left keeps its own slot.
 const RING_MIN: usize = 3;
+
+/// Which slots the living take after a loss.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OnLoss {
+    /// Evenly on a circle, L apart: the radius follows.
+    KeepSpacing,
+    /// Evenly on the circle of radius R: the spacing follows.
+    KeepRadius,
+    /// Their own: a gap stays.
+    KeepSlots,
+}
 
 /// A place on a circle round the formation's centre.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -32,9 +45,8 @@ impl Slot {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LivingRing {
     formation: Formation,
-    on_loss: OnLoss,
-    /// A law that takes no notice of losses has but one ring.
-    closes: bool,
+    /// Which slots the living take; `None` under a law that ignores losses and always flies the whole ring.
+    on_loss: Option<OnLoss>,
     living: Vec<u32>,
     radius_m: f64,
     /// Bearing of the first of the living.
@@ -42,11 +54,10 @@ pub struct LivingRing {
 }
 
 impl LivingRing {
-    /// The ring of `scenario` while all live.
-    pub fn whole(scenario: &Scenario) -> Self {
-        let (formation, on_loss) = (scenario.formation(), scenario.membership.on_loss);
-        let (living, closes) = ((1..=formation.count()).collect(), scenario.control.ring_closes);
-        Self { formation, on_loss, closes, living, radius_m: formation.radius_m(), first_rad: 0.0 }
+    /// The ring while all are alive; without `on_loss` it stays whole whoever is lost.
+    pub fn whole(formation: Formation, on_loss: Option<OnLoss>) -> Self {
+        let living = (1..=formation.count()).collect();
+        Self { formation, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
     }
 
     /// Makes it the ring of those whose numbers `lives` holds for; returns whether that is another one.
@@ -54,7 +65,7 @@ impl LivingRing {
     /// Where the scenario's ring does not close it stays whole.
     pub fn reform(&mut self, lives: impl Fn(u32) -> bool) -> bool {
         let living = || (1..=self.formation.count()).filter(|number| lives(*number));
-        let changes = self.closes && !living().eq(self.living.iter().copied());
+        let changes = self.on_loss.is_some() && !living().eq(self.living.iter().copied());
         if changes {
             self.living = living().collect();
             self.spread();
@@ -66,8 +77,8 @@ impl LivingRing {
         if self.is_evenly_spread() {
             let formation = &self.formation;
             self.radius_m = match self.on_loss {
-                OnLoss::KeepSpacing => formation.radius_of_m(self.living.len() as u32),
-                OnLoss::KeepRadius | OnLoss::KeepSlots => formation.radius_m(),
+                Some(OnLoss::KeepSpacing) => formation.radius_of_m(self.living.len() as u32),
+                Some(OnLoss::KeepRadius | OnLoss::KeepSlots) | None => formation.radius_m(),
             };
             self.first_rad = self.least_turned_rad();
         }
@@ -117,7 +128,7 @@ impl LivingRing {
 
     /// Whether the living form a ring of their own.
     fn is_evenly_spread(&self) -> bool {
-        !self.is_whole() && self.living.len() >= RING_MIN && self.on_loss != OnLoss::KeepSlots
+        !self.is_whole() && self.living.len() >= RING_MIN && self.on_loss != Some(OnLoss::KeepSlots)
     }
 
     fn original(&self, number: u32) -> Slot {
@@ -141,12 +152,10 @@ impl LivingRing {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::f64::consts::PI;
 
     fn ring(uavs: u32, on_loss: OnLoss, lost: &[u32]) -> LivingRing {
-        let mut scenario = Scenario::default();
-        (scenario.formation.uavs, scenario.membership.on_loss) = (uavs, on_loss);
-        scenario.control.ring_closes = true;
-        let mut ring = LivingRing::whole(&scenario);
+        let mut ring = LivingRing::whole(Formation::new(uavs, 40.0, PI), Some(on_loss));
         ring.reform(|number| !lost.contains(&number));
         ring
     }
@@ -157,7 +166,7 @@ mod tests {
 
     #[test]
     fn a_whole_ring_is_the_formation_to_the_bit() {
-        let formation = Scenario::default().formation();
+        let formation = Formation::new(6, 40.0, PI);
         for number in 1..=6 {
             let slot = formation.slot(number, nalgebra::Point2::origin());
             assert_eq!(ring(6, OnLoss::KeepSpacing, &[]).slot(number).offset(), slot.coords);
@@ -166,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_ring_that_does_not_close_stays_whole() {
-        let mut ring = LivingRing::whole(&Scenario::default());
+        let mut ring = LivingRing::whole(Formation::new(6, 40.0, PI), None);
         assert!(!ring.reform(|number| number > 2) && ring.is_whole());
         assert_eq!((ring.neighbours(3), ring.rest_m(3, 2)), ([Some(2), Some(4)], 40.0));
     }

@@ -3,7 +3,7 @@
 //! Loaned from shared memory, written, sent without a copy, and read to the last byte; never of any use to the flight.
 
 use crate::{
-    BusError, Tick, UavId,
+    BusError,
     channel::{TICK_DEPTH, patiently},
 };
 use iceoryx2::{
@@ -14,6 +14,7 @@ use iceoryx2::{
         builder::publish_subscribe::PublishSubscribeOpenError, port_factory::publish_subscribe::PortFactory,
     },
 };
+use ringwing_flight::{Tick, UavId};
 use std::{fmt::Debug, hint::black_box};
 
 type Factory = PortFactory<ipc::Service, [u8], ()>;

@@ -1,44 +1,34 @@
-//! What the processes of a run say to each other, and where they say it.
+//! How the processes of a run meet: the domain in shared memory that one run owns, its services, and its tick gate.
 //!
-//! [`payload`] holds the messages, [`channel`] the services that carry them, [`domain`] the place in shared memory
-//! that one run owns, [`gate`] the signal that lets all processes step through time together, [`waker`] how they wait
-//! for it, and [`member`] what every process does to take part. [`trace`], [`usage`] and [`ballast`] are for those who
-//! measure all that.
+//! The only crate that knows iceoryx2, futexes and shared memory. [`domain`] is a run's place in shared memory, [`channel`]
+//! its services, [`gate`] the page that lets all processes step through time together, [`waker`] and [`patience`] how
+//! they wait for it, and [`member`] what every process does to take part. [`ballast`] carries bytes for benchmarks.
 //!
-//! Never decides anything about the flight: no law, no physics, no scenario.
+//! Never decides anything about the flight: no law, no physics.
 
 pub mod ballast;
 pub mod channel;
 pub mod domain;
-pub mod event;
 pub mod gate;
-pub mod id;
 pub mod member;
 pub mod patience;
-pub mod payload;
 pub mod report;
 pub mod stamp;
 pub mod trace;
 pub mod usage;
 pub mod waker;
+mod wire;
 
 pub use ballast::Ballast;
-pub use channel::{Channel, Message, Publisher, Subscriber};
+pub use channel::{Channel, Publisher, Subscriber};
 pub use domain::{Domain, DomainId};
-pub use event::{Event, Level};
 pub use gate::{Gate, Wait};
-pub use id::{Part, Tick, UavId};
 pub use member::{Member, StopFlag};
 pub use patience::{Due, Patience};
-pub use payload::{
-    AgeTicks, Command, FlightMode, FormationError, LeaderState, LinkCounts, LinkSource, Roster, Rumour,
-    Sensed, SensedObstacle, Terms, TickTiming, UavState,
-};
-pub use report::{Collision, Latency, WorldReport};
 pub use stamp::{Stamps, monotonic_ns};
 pub use trace::{StepRecord, TickRecord, Trace, TraceHead};
 pub use usage::Used;
-pub use waker::{Wake, Waker};
+pub use waker::Waker;
 
 /// What can go wrong between a process and the rest of its run.
 #[derive(Debug, thiserror::Error)]

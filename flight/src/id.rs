@@ -1,13 +1,12 @@
 //! Names of things: UAVs, processes, ticks.
 
-use bytemuck::NoUninit;
-use iceoryx2::prelude::ZeroCopySend;
+use bytemuck::{Pod, Zeroable};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The number of a UAV, from 1 to n, as in the paper; its ring neighbours are the numbers before and after it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, NoUninit, ZeroCopySend)]
-#[type_name("ringwing.UavId.v1")]
-#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, Serialize, Deserialize)]
+#[repr(transparent)]
 pub struct UavId(pub u32);
 
 impl UavId {
@@ -39,7 +38,8 @@ impl fmt::Display for UavId {
 }
 
 /// One process of a run, apart from the launcher.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Part {
     /// Integrates the airframes and keeps time.
     World,
@@ -91,9 +91,8 @@ impl fmt::Display for Part {
 ///
 /// The flight begins at tick 0. [`Tick::APPROACH`], one tick before, lets everybody hear of everybody, so that the law
 /// has its neighbours' states from the first moment on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, NoUninit, ZeroCopySend)]
-#[type_name("ringwing.Tick.v1")]
-#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, Serialize, Deserialize)]
+#[repr(transparent)]
 pub struct Tick(pub i64);
 
 impl Tick {

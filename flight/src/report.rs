@@ -1,14 +1,7 @@
 //! What the world leaves behind when the flight ends, for the verdict and the log.
 
+use crate::{Collider, UavId};
 use serde::{Deserialize, Serialize};
-
-/// Name under which the world leaves its [`WorldReport`] in the domain.
-pub const WORLD: &str = "world";
-/// Name under which the recorder leaves its summary of the flight.
-pub const RECORDER: &str = "recorder";
-
-/// Name under which the launcher leaves the faults that were added while the run goes on.
-pub const FAULTS: &str = "faults";
 
 /// The flight as the world saw it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,10 +46,10 @@ pub struct Latency {
 pub struct Collision {
     /// When, in simulated time.
     pub time_s: f64,
-    /// The number of the UAV, the lower one if two met.
-    pub uav: u32,
-    /// What it met: `uav 4`, or an obstacle's name.
-    pub with: String,
+    /// The UAV; the one with the lower number if two met.
+    pub uav: UavId,
+    /// What it ran into.
+    pub with: Collider,
     /// Where the UAV was, in the local frame.
     pub position_m: [f64; 2],
 }

@@ -3,8 +3,9 @@
 //! A wake-up hint and an attendance list, nothing more: data, and the truth about which agent has answered, are in the
 //! stamped samples. A process that is killed anywhere in here costs the others a system call, never a hang.
 
-use crate::{BusError, Due, Part, Patience, StopFlag, Tick, monotonic_ns, payload::MAX_UAVS};
+use crate::{BusError, Due, Patience, StopFlag, monotonic_ns};
 use memmap2::MmapRaw;
+use ringwing_flight::{Part, Tick, payload::MAX_UAVS};
 use rustix::{
     io::Errno,
     thread::futex::{self, Flags},

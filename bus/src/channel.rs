@@ -2,10 +2,7 @@
 //!
 //! Senders never wait for readers: the oldest sample of a reader that lags is replaced, and the gap shows in the ticks.
 
-use crate::{
-    BusError, Command, Event, FormationError, LeaderState, LinkCounts, Roster, Sensed, Stamps, TickTiming,
-    UavId, UavState, ballast, waker,
-};
+use crate::{BusError, Stamps, ballast, waker, wire::Wire};
 use iceoryx2::{
     node::Node,
     port::{
@@ -13,11 +10,15 @@ use iceoryx2::{
         publisher::{self, PublisherCreateError},
         subscriber::{self, SubscriberCreateError},
     },
-    prelude::{ServiceName, ZeroCopySend, ipc},
+    prelude::{ServiceName, ipc},
     service::{
         builder::publish_subscribe::PublishSubscribeOpenError as OpenError,
         port_factory::publish_subscribe::PortFactory,
     },
+};
+use ringwing_flight::{
+    Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, Payload, Roster, Sensed,
+    TickTiming, UavId, UavState,
 };
 use std::{
     fmt::Debug,
@@ -27,8 +28,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-type Factory<T> = PortFactory<ipc::Service, T, Stamps>;
-type Connection<T> = subscriber::Subscriber<ipc::Service, T, Stamps>;
+type Factory<T> = PortFactory<ipc::Service, Wire<T>, Stamps>;
+type Connection<T> = subscriber::Subscriber<ipc::Service, Wire<T>, Stamps>;
 
 const NO_PLACE: SubscriberCreateError = SubscriberCreateError::ExceedsMaxSupportedSubscribers;
 
@@ -55,11 +56,6 @@ pub fn failed_connections() -> u64 {
     FAILED_CONNECTIONS.load(Relaxed)
 }
 
-/// What a [`Channel`] can carry.
-pub trait Message: Debug + ZeroCopySend + 'static {}
-
-impl<T: Debug + ZeroCopySend + 'static> Message for T {}
-
 /// One service: a name, the message it carries, and its quality of service.
 #[derive(Debug, Clone)]
 pub struct Channel<T> {
@@ -84,7 +80,12 @@ pub fn state(uav: UavId) -> Channel<UavState> {
 
 /// What `uav`'s agent asks of its airframe.
 pub fn command(uav: UavId) -> Channel<Command> {
-    Channel::new(format!("uav/{}/command", uav.0), 2, RECORDER_DEPTH)
+    Channel::new(format!("uav/{}/command", uav.0), 1, TICK_DEPTH)
+}
+
+/// How `uav`'s commands came about, for the recorder.
+pub fn account(uav: UavId) -> Channel<Account> {
+    Channel::new(format!("uav/{}/account", uav.0), 1, RECORDER_DEPTH)
 }
 
 /// Where the leader is, for a swarm of `uavs`.
@@ -106,12 +107,12 @@ pub fn timing() -> Channel<TickTiming> {
 }
 
 /// What happened in the air, from the world.
-pub fn world_events() -> Channel<Event> {
+pub fn world_events() -> Channel<EventMessage> {
     Channel::new("world/events".into(), 2, RECORDER_DEPTH).with_history()
 }
 
 /// What happened to the processes, from the launcher.
-pub fn launcher_events() -> Channel<Event> {
+pub fn launcher_events() -> Channel<EventMessage> {
     Channel::new("launcher/events".into(), 2, RECORDER_DEPTH).with_history()
 }
 
@@ -154,6 +155,7 @@ impl Services {
             held.push(Box::new(sensed(uav).create(node)?));
             held.push(Box::new(state(uav).create(node)?));
             held.push(Box::new(command(uav).create(node)?));
+            held.push(Box::new(account(uav).create(node)?));
         }
         if events {
             held.push(Box::new(waker::create(node, uavs)?));
@@ -165,7 +167,7 @@ impl Services {
     }
 }
 
-impl<T: Message> Channel<T> {
+impl<T: Payload> Channel<T> {
     fn new(name: String, readers: usize, depth: usize) -> Self {
         Self {
             name,
@@ -188,7 +190,7 @@ impl<T: Message> Channel<T> {
 
     fn create(&self, node: &Node<ipc::Service>) -> Result<Factory<T>, BusError> {
         node.service_builder(&self.service_name()?)
-            .publish_subscribe::<T>()
+            .publish_subscribe::<Wire<T>>()
             .user_header::<Stamps>()
             .max_publishers(self.senders)
             .max_subscribers(self.readers)
@@ -204,7 +206,8 @@ impl<T: Message> Channel<T> {
     /// Opens the service, with patience for one that is about to appear.
     fn open(&self, node: &Node<ipc::Service>) -> Result<Factory<T>, BusError> {
         let name = self.service_name()?;
-        let open = || node.service_builder(&name).publish_subscribe::<T>().user_header::<Stamps>().open();
+        let open =
+            || node.service_builder(&name).publish_subscribe::<Wire<T>>().user_header::<Stamps>().open();
         patiently(open, |error| is_passing(*error))
             .map_err(|error| BusError::ipc(format!("service {}: cannot be opened", self.name), error))
     }
@@ -285,31 +288,31 @@ fn count_failure() -> DegradationAction {
 
 /// The sending end of a [`Channel`].
 #[derive(Debug)]
-pub struct Publisher<T: Message> {
-    port: publisher::Publisher<ipc::Service, T, Stamps>,
+pub struct Publisher<T: Payload> {
+    port: publisher::Publisher<ipc::Service, Wire<T>, Stamps>,
     name: String,
 }
 
-impl<T: Message> Publisher<T> {
+impl<T: Payload> Publisher<T> {
     /// Sends `message` to everybody who listens; waits for nobody.
     pub fn send(&self, message: T, stamps: Stamps) -> Result<(), BusError> {
         let failed =
             |error: &dyn Debug| BusError::ipc(format!("service {}: cannot be sent to", self.name), error);
         let mut sample = self.port.loan_uninit().map_err(|error| failed(&error))?;
         *sample.user_header_mut() = stamps;
-        sample.write_payload(message).send().map_err(|error| failed(&error))?;
+        sample.write_payload(Wire(message)).send().map_err(|error| failed(&error))?;
         Ok(())
     }
 }
 
 /// A receiving end of a [`Channel`].
 #[derive(Debug)]
-pub struct Subscriber<T: Message> {
-    port: subscriber::Subscriber<ipc::Service, T, Stamps>,
+pub struct Subscriber<T: Payload> {
+    port: subscriber::Subscriber<ipc::Service, Wire<T>, Stamps>,
     name: String,
 }
 
-impl<T: Message> Subscriber<T> {
+impl<T: Payload> Subscriber<T> {
     /// Hands over everything that has come, oldest first.
     pub fn drain(&self, mut take: impl FnMut(&T, &Stamps)) -> Result<(), BusError> {
         self.drain_until(|message, stamps| {
@@ -323,7 +326,7 @@ impl<T: Message> Subscriber<T> {
     pub fn drain_until(&self, mut take: impl FnMut(&T, &Stamps) -> bool) -> Result<(), BusError> {
         let failed = |error| BusError::ipc(format!("service {}: cannot be read", self.name), error);
         while let Some(sample) = self.port.receive().map_err(failed)? {
-            if take(sample.payload(), sample.user_header()) {
+            if take(&sample.payload().0, sample.user_header()) {
                 break;
             }
         }

@@ -3,7 +3,7 @@
 //! Never carries data, and never decides who has answered: with events too, the gate tells which tick is open.
 
 use crate::{
-    BusError, Due, Gate, Member, Patience, StopFlag, Tick, Wait,
+    BusError, Due, Gate, Member, Patience, StopFlag, Wait,
     channel::{SPARE, patiently},
 };
 use iceoryx2::{
@@ -15,6 +15,8 @@ use iceoryx2::{
     prelude::{ServiceName, ipc},
     service::{builder::event::EventOpenError, port_factory::event::PortFactory},
 };
+use ringwing_flight::Tick;
+use ringwing_scenario::Wake;
 use std::time::{Duration, Instant};
 
 /// Rings for a tick.
@@ -23,17 +25,6 @@ const TICKS: &str = "tick";
 const ANSWERS: &str = "answers";
 /// Nobody listens longer without a look at the gate, which may be closed by one who rings no bell.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
-
-/// How processes wait for a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wake {
-    /// At the gate: yields while that pays, then sleeps on a futex.
-    Gate,
-    /// At the gate, never sleeping.
-    Spin,
-    /// On iceoryx2's own events.
-    Event,
-}
 
 /// Waits, and wakes the others.
 #[derive(Debug)]

@@ -1,10 +1,11 @@
 //! What every process of a run does to take part: join the domain, raise its limits, heed its signals, say it is ready.
 
-use crate::{BusError, Domain, DomainId, Gate, Part};
+use crate::{BusError, Domain, DomainId, Gate};
 use iceoryx2::{
     node::{Node, NodeBuilder},
     prelude::{LogLevel, NodeName, SignalHandlingMode, ipc, set_log_level_from_env_or},
 };
+use ringwing_flight::Part;
 use rustix::process::{
     Pid, Resource, Rlimit, Signal, getppid, getrlimit, set_parent_process_death_signal, setrlimit,
 };

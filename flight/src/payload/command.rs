@@ -1,0 +1,119 @@
+//! What an agent asks of its airframe, and its account of why.
+
+use crate::{Tick, UavId};
+use bytemuck::{Pod, Zeroable};
+
+/// What an agent asks of its airframe, once a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Command {
+    /// The tick whose senses it answers.
+    pub tick: Tick,
+    /// The commanded speed `v_i`.
+    pub speed_m_s: f64,
+    /// The commanded turn rate `omega_i`.
+    pub turn_rate_rad_s: f64,
+    /// The sender.
+    pub uav: UavId,
+    /// Zero; keeps the layout free of padding.
+    pub reserved: u32,
+}
+
+/// Age of data in ticks, or "never received".
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct AgeTicks(u32);
+
+impl AgeTicks {
+    /// Nothing was ever received.
+    pub const NEVER: Self = Self(u32::MAX);
+
+    /// The age at `now` of data sent at `sent`.
+    pub fn between(sent: Tick, now: Tick) -> Self {
+        Self(u32::try_from(now.since(sent).max(0)).unwrap_or(u32::MAX - 1).min(u32::MAX - 1))
+    }
+
+    /// The age, or `None` if nothing was ever received.
+    pub fn ticks(self) -> Option<u32> {
+        (self != Self::NEVER).then_some(self.0)
+    }
+}
+
+/// How a command came about: every term of the law and whom the UAV holds for alive, once a tick, for the log.
+///
+/// Separate from [`Command`], so that the world reads no more than it flies by.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Account {
+    /// The tick whose senses the command answers.
+    pub tick: Tick,
+    /// The commanded speed `v_i`.
+    pub speed_m_s: f64,
+    /// The commanded turn rate `omega_i`.
+    pub turn_rate_rad_s: f64,
+    /// The slot `p_id` that the UAV steers for, in the local frame.
+    pub slot_m: [f64; 2],
+    /// The previous neighbour's term of `f_i`, Eq. (4), in m.
+    pub previous_force_m: [f64; 2],
+    /// The next neighbour's term of `f_i`, Eq. (4).
+    pub next_force_m: [f64; 2],
+    /// The formation centre's term of `f_i`, Eq. (4).
+    pub centre_force_m: [f64; 2],
+    /// The slot's term of `f_i`, Eq. (4).
+    pub slot_force_m: [f64; 2],
+    /// `f_obs`, Eq. (13), summed over the obstacles.
+    pub repulsion_m: [f64; 2],
+    /// `F_i`, Eq. (3), in m^2.
+    pub potential_m2: f64,
+    /// Fingerprint of the UAVs it holds for lost: 0 for an empty set, and equal where two UAVs agree.
+    pub lost_fingerprint: u64,
+    /// The sender.
+    pub uav: UavId,
+    /// Age of the previous neighbour's data when they were used.
+    pub previous_age: AgeTicks,
+    /// Age of the next neighbour's data.
+    pub next_age: AgeTicks,
+    /// Age of the leader's data.
+    pub leader_age: AgeTicks,
+    /// How many UAVs it holds for alive, itself included.
+    pub living: u32,
+    /// Zero; keeps the layout free of padding.
+    pub reserved: u32,
+    /// 1 where Eq. (12) cut the speed, else 0.
+    pub speed_saturated: u16,
+    /// 1 where Eq. (12) cut the turn rate, else 0.
+    pub turn_rate_saturated: u16,
+    /// 1 while it follows the predicted path of a leader that has been silent for longer than the loss timeout, else 0.
+    pub leader_silent: u16,
+    /// 1 while the slots move to the places that a loss or a return gave them, else 0.
+    pub slots_moving: u16,
+}
+
+impl Account {
+    /// The account of a command given before the leader was heard: no term of the law applies.
+    pub fn without_leader(command: &Command) -> Self {
+        Self {
+            tick: command.tick,
+            speed_m_s: command.speed_m_s,
+            turn_rate_rad_s: command.turn_rate_rad_s,
+            uav: command.uav,
+            previous_age: AgeTicks::NEVER,
+            next_age: AgeTicks::NEVER,
+            leader_age: AgeTicks::NEVER,
+            ..Self::zeroed()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_age_is_never_mistaken_for_never() {
+        assert_eq!(AgeTicks::NEVER.ticks(), None);
+        assert_eq!(AgeTicks::between(Tick(3), Tick(7)).ticks(), Some(4));
+        assert_eq!(AgeTicks::between(Tick(9), Tick(7)).ticks(), Some(0));
+        assert_eq!(AgeTicks::between(Tick(0), Tick(i64::MAX)).ticks(), Some(u32::MAX - 1));
+    }
+}

@@ -1,0 +1,56 @@
+//! The messages between processes, each with one fixed layout and one versioned type name.
+//!
+//! A payload is plain numbers without padding: no `bool`, no Rust `enum`, no pointer. So any bytes that another process
+//! left are a valid value, and a payload's bytes can be hashed: the same scenario and seed give the same bytes.
+//! [`Payload`] demands this of the compiler.
+//!
+//! Never carries a wall clock: stamps travel beside the payload.
+
+mod command;
+mod event;
+mod leader;
+mod links;
+mod roster;
+mod sensed;
+mod state;
+mod timing;
+
+pub use command::{Account, AgeTicks, Command};
+pub use event::EventMessage;
+pub use leader::LeaderState;
+pub use links::{LinkCounts, LinkSource};
+pub use roster::{MAX_UAVS, Roster};
+pub use sensed::{FlightMode, MAX_SENSED_OBSTACLES, Sensed, SensedObstacle};
+pub use state::{RUMOURS, Rumour, UavState};
+pub use timing::{FormationError, TickTiming};
+
+use bytemuck::Pod;
+use std::fmt::Debug;
+
+/// What processes may send to each other: plain old data under a versioned name.
+pub trait Payload: Pod + Debug {
+    /// Identifies the layout. Other programs read these bytes, so a changed layout needs a new version.
+    const TYPE_NAME: &'static str;
+}
+
+macro_rules! payloads {
+    ($($message:ty: $name:literal, $bytes:literal;)*) => {$(
+        impl Payload for $message {
+            const TYPE_NAME: &'static str = concat!("ringwing.", $name);
+        }
+        const _: () = assert!(size_of::<$message>() == $bytes);
+    )*};
+}
+
+payloads! {
+    LeaderState: "LeaderState.v1", 48;
+    UavState: "UavState.v2", 120;
+    Sensed: "Sensed.v1", 320;
+    Command: "Command.v3", 32;
+    Account: "Account.v1", 168;
+    TickTiming: "TickTiming.v1", 72;
+    LinkCounts: "LinkCounts.v1", 64;
+    Roster: "Roster.v3", 288;
+    FormationError: "FormationError.v2", 24;
+    EventMessage: "EventMessage.v1", 1024;
+}

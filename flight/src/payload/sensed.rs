@@ -1,0 +1,82 @@
+//! What the world lets a UAV sense.
+
+use crate::{Tick, UavId};
+use bytemuck::{Pod, Zeroable};
+use serde::{Deserialize, Serialize};
+
+/// How many obstacles one [`Sensed`] holds. More see dense fields better, and make every message larger.
+pub const MAX_SENSED_OBSTACLES: usize = 8;
+
+/// Who flies the airframe: the agent, or which failsafe.
+///
+/// A number instead of an `enum`, so that any bytes in shared memory are a valid value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, Serialize, Deserialize)]
+#[repr(transparent)]
+pub struct FlightMode(u32);
+
+impl FlightMode {
+    /// Flies what its agent commands.
+    pub const COMMANDED: Self = Self(0);
+    /// Failsafe: circles where it lost its agent.
+    pub const LOITER: Self = Self(1);
+    /// Failsafe: keeps heading and speed.
+    pub const HOLD: Self = Self(2);
+    /// Failsafe: has left the sky.
+    pub const VANISHED: Self = Self(3);
+
+    /// The name that logs and tables use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::COMMANDED => "commanded",
+            Self::LOITER => "loiter",
+            Self::HOLD => "hold",
+            Self::VANISHED => "vanished",
+            _ => "unknown",
+        }
+    }
+}
+
+/// An obstacle as a UAV's sensors report it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct SensedObstacle {
+    /// Centre in the local frame, metres.
+    pub position_m: [f64; 2],
+    /// `R_obs`.
+    pub radius_m: f64,
+    /// `L_obs`: the distance from the centre at which it begins to repel.
+    pub braking_distance_m: f64,
+}
+
+/// What the world lets one UAV sense of itself and of the obstacles near it, once a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Sensed {
+    /// The tick of this moment.
+    pub tick: Tick,
+    /// Position in the local frame (x east, y north), metres.
+    pub position_m: [f64; 2],
+    /// Heading from the x axis, counterclockwise, in (-pi, pi].
+    pub heading_rad: f64,
+    /// Speed flown over the last tick.
+    pub speed_m_s: f64,
+    /// Turn rate flown over the last tick.
+    pub turn_rate_rad_s: f64,
+    /// The UAV that senses this.
+    pub uav: UavId,
+    /// Who flies the airframe.
+    pub mode: FlightMode,
+    /// How many entries of `obstacles` are filled.
+    pub obstacle_count: u32,
+    /// Obstacles in range that did not fit.
+    pub obstacles_omitted: u32,
+    /// Obstacles in range, nearest first.
+    pub obstacles: [SensedObstacle; MAX_SENSED_OBSTACLES],
+}
+
+impl Sensed {
+    /// The obstacles in range, nearest first.
+    pub fn obstacles(&self) -> &[SensedObstacle] {
+        &self.obstacles[..(self.obstacle_count as usize).min(MAX_SENSED_OBSTACLES)]
+    }
+}
