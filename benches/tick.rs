@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use ringwing_agent::Pilot;
-use ringwing_flight::{Command, Sensed, Terms, Tick, UavId};
+use ringwing_flight::{Command, Sensed, Tick, UavId};
 use ringwing_leader::Path;
 use ringwing_scenario::{Scenario, Source, start};
 use ringwing_world::{Airframe, Sky};
@@ -48,14 +48,8 @@ fn airframe_step(criterion: &mut Criterion) {
     let scenario = scenario();
     let starts = start::places(&scenario).expect("room for all");
     let mut airframe = Airframe::new(&scenario, UavId(1), &starts[0]);
-    let mut command = Command {
-        tick: Tick(0),
-        speed_m_s: 17.0,
-        turn_rate_rad_s: 0.2,
-        uav: UavId(1),
-        reserved: 0,
-        terms: Terms::NONE,
-    };
+    let mut command =
+        Command { tick: Tick(0), speed_m_s: 17.0, turn_rate_rad_s: 0.2, uav: UavId(1), reserved: 0 };
     criterion.bench_function("airframe step: command to the next tick", |bencher| {
         bencher.iter(|| {
             let now = command.tick;

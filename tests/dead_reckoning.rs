@@ -4,8 +4,7 @@ use crate::harness::{Swarm, in_process::Flight};
 use ringwing_agent::law::{
     Bond, Field, Limits, formation_control, potential_forces, saturated_control, speed_force,
 };
-use ringwing_flight::Pose;
-use ringwing_flight::Tick;
+use ringwing_flight::{Pose, Tick};
 use ringwing_scenario::{Scenario, Setting, Source, start};
 
 fn scenario(dead_reckoning: &str) -> Scenario {

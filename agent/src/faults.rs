@@ -2,10 +2,10 @@
 
 use crate::AgentError;
 use ringwing_bus::{Gate, Member, report};
-use ringwing_flight::{Tick, UavId};
+use ringwing_flight::{Part, Tick, UavId};
 use ringwing_scenario::{
     Fault, Scenario,
-    fault::schedule::{LinkFault, Slowness, Target},
+    fault::schedule::{LinkFault, SlowAnswers},
 };
 use std::{thread, time::Duration};
 
@@ -15,12 +15,12 @@ pub(crate) struct Faults {
     scenario: Scenario,
     /// How many of those added it knows; none before the first look.
     known: Option<u32>,
-    slownesses: Vec<Slowness>,
+    slow_answers: Vec<SlowAnswers>,
 }
 
 impl Faults {
     pub(crate) fn new(scenario: Scenario, uav: UavId) -> Self {
-        Self { uav, scenario, known: None, slownesses: Vec::new() }
+        Self { uav, scenario, known: None, slow_answers: Vec::new() }
     }
 
     /// All faults of links, if there are others than at the last look.
@@ -38,14 +38,14 @@ impl Faults {
             faults.extend(member.domain().report::<Vec<Fault>>(report::FAULTS)?.unwrap_or_default());
         }
         let schedule = self.scenario.schedule_of(&faults);
-        let target = Target::Uav(self.uav.0);
-        self.slownesses = schedule.slownesses().into_iter().filter(|slow| slow.target == target).collect();
+        let part = Part::Agent(self.uav);
+        self.slow_answers = schedule.slow_answers().into_iter().filter(|slow| slow.part == part).collect();
         Ok(Some(schedule.link_faults()))
     }
 
     /// Takes as much longer for `now` as it should.
     pub(crate) fn dawdle(&self, now: Tick) {
-        for slow in self.slownesses.iter().filter(|slow| (slow.begin..slow.end).contains(&now.0)) {
+        for slow in self.slow_answers.iter().filter(|slow| (slow.begin..slow.end).contains(&now.0)) {
             thread::sleep(Duration::from_secs_f64(slow.by_s));
         }
     }

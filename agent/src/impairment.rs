@@ -7,8 +7,9 @@
 #[cfg(test)]
 mod tests;
 
-use ringwing_flight::{LeaderState, LinkCounts, LinkSource, Sensed, Tick, UavId, UavState};
-use ringwing_flight::{draw::Draws, wrap};
+use ringwing_flight::{
+    LeaderState, LinkCounts, LinkSource, Sensed, Tick, UavId, UavState, draw::Draws, wrap,
+};
 use ringwing_scenario::fault::{Delay, Source, Trouble, schedule::LinkFault};
 
 /// What can travel over a link with faults.

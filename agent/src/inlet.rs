@@ -4,12 +4,12 @@ use crate::{
     arrivals::Arrivals,
     impairment::{Carried, Impairment, Route},
 };
-use ringwing_bus::{BusError, Message, Subscriber};
-use ringwing_flight::{LinkCounts, Tick};
+use ringwing_bus::{BusError, Subscriber};
+use ringwing_flight::{LinkCounts, Payload, Tick};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 
 /// The receiving end of one link.
-pub(crate) struct Inlet<T: Message> {
+pub(crate) struct Inlet<T: Payload> {
     /// Absent while nobody listens.
     port: Option<Subscriber<T>>,
     arrivals: Arrivals<T>,
@@ -18,7 +18,7 @@ pub(crate) struct Inlet<T: Message> {
     arrived: Option<Tick>,
 }
 
-impl<T: Carried + Message> Inlet<T> {
+impl<T: Carried + Payload> Inlet<T> {
     pub(crate) fn new(port: Subscriber<T>, route: Route, scenario: &Scenario) -> Self {
         let time = &scenario.time;
         let link = Impairment::new(route, scenario.seed, time.rate_hz);

@@ -4,8 +4,7 @@
 
 use crate::link::{Link, Track};
 use nalgebra::Vector2;
-use ringwing_flight::Pose;
-use ringwing_flight::{LeaderState, Tick};
+use ringwing_flight::{LeaderState, Pose, Tick};
 use ringwing_scenario::DeadReckoning;
 
 /// What is left of a jump after a second.

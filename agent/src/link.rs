@@ -3,8 +3,7 @@
 //! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::arrivals).
 
 use nalgebra::Point2;
-use ringwing_flight::Pose;
-use ringwing_flight::{AgeTicks, LeaderState, Tick, UavState};
+use ringwing_flight::{AgeTicks, LeaderState, Pose, Tick, UavState};
 use ringwing_scenario::DeadReckoning;
 
 /// A moving thing at one moment, and how it flies on from there.

@@ -3,8 +3,7 @@
 //! Never gives out senses of a moment that is still to come.
 
 use crate::law::Control;
-use ringwing_flight::Pose;
-use ringwing_flight::{FlightMode, Sensed, Tick};
+use ringwing_flight::{FlightMode, Pose, Sensed, Tick};
 use ringwing_scenario::DeadReckoning;
 use std::collections::VecDeque;
 

@@ -14,8 +14,7 @@ use crate::{
     slots::{Shape, Slots},
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_flight::Pose;
-use ringwing_flight::{Command, LeaderState, Sensed, Terms, Tick, UavId, UavState};
+use ringwing_flight::{Account, Command, LeaderState, Pose, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{DeadReckoning, Scenario};
 
 /// What a pilot decides in one tick.
@@ -25,6 +24,8 @@ pub struct Decision {
     pub state: UavState,
     /// For the airframe.
     pub command: Command,
+    /// For the log: how the command came about.
+    pub account: Account,
 }
 
 /// The pilot of one UAV.
@@ -117,12 +118,17 @@ impl Pilot {
         self.follow_losses(now);
         let senses = *self.own.senses(now, self.timeout_ticks)?;
         let own = self.own.reckoned(&senses, now, self.dead_reckoning, self.period_s);
-        let (control, terms) = match self.lead.at(now, self.dead_reckoning, self.period_s) {
+        let (command, account) = match self.lead.at(now, self.dead_reckoning, self.period_s) {
             Some((leader, pose)) => self.follow(&leader, &pose, &senses, &own, now),
-            None => (Control { speed_m_s: senses.speed_m_s, turn_rate_rad_s: 0.0 }, Terms::NONE),
+            None => {
+                let command =
+                    self.command(now, Control { speed_m_s: senses.speed_m_s, turn_rate_rad_s: 0.0 });
+                (command, Account::without_leader(&command))
+            }
         };
-        self.own.command(now, control);
-        Some(self.decision(now, &own, &control, terms))
+        let Command { speed_m_s, turn_rate_rad_s, .. } = command;
+        self.own.command(now, Control { speed_m_s, turn_rate_rad_s });
+        Some(Decision { state: self.state(now, &own, &command), command, account })
     }
 
     /// Lets the slots move when somebody was lost or returned.
@@ -143,7 +149,7 @@ impl Pilot {
         senses: &Sensed,
         own: &Pose,
         now: Tick,
-    ) -> (Control, Terms) {
+    ) -> (Command, Account) {
         let shape = self.slots.shape();
         let heard = shape.neighbours.map(|neighbour| self.neighbours.newest(neighbour?.0));
         let field = self.field(shape, heard, leader_pose, own, now);
@@ -153,7 +159,13 @@ impl Pilot {
         let force = speed_force(leader.speed_m_s, leader_pose.heading_rad) - formation_force + repulsion;
         let wish = formation_control(&force, own.heading_rad, self.heading_gain_rad_per_m);
         let control = saturated_control(&wish, &self.limits);
-        let terms = Terms {
+        let command = self.command(now, control);
+        let account = Account {
+            tick: now,
+            speed_m_s: control.speed_m_s,
+            turn_rate_rad_s: control.turn_rate_rad_s,
+            uav: self.uav,
+            reserved: 0,
             slot_m: field.slot.into(),
             previous_force_m: forces.previous.into(),
             next_force_m: forces.next.into(),
@@ -171,7 +183,7 @@ impl Pilot {
             slots_moving: u16::from(self.slots.is_moving()),
             lost_fingerprint: self.neighbours.lost_fingerprint(),
         };
-        (control, terms)
+        (command, account)
     }
 
     /// What the UAV's place is measured against, everybody where they are now.
@@ -229,20 +241,22 @@ impl Pilot {
         senses.obstacles().iter().map(of_one).sum()
     }
 
-    /// The state carries the speed and turn rate that begin now, so that neighbours can predict the coming tick exactly.
-    fn decision(&mut self, now: Tick, own: &Pose, control: &Control, terms: Terms) -> Decision {
-        let Control { speed_m_s, turn_rate_rad_s } = *control;
-        let state = UavState {
+    fn command(&self, now: Tick, control: Control) -> Command {
+        let Control { speed_m_s, turn_rate_rad_s } = control;
+        Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, reserved: 0 }
+    }
+
+    /// What neighbours are told: with the speed and turn rate that begin now they predict the coming tick exactly.
+    fn state(&mut self, now: Tick, own: &Pose, command: &Command) -> UavState {
+        UavState {
             tick: now,
             position_m: own.position.into(),
             heading_rad: own.heading_rad,
-            speed_m_s,
-            turn_rate_rad_s,
+            speed_m_s: command.speed_m_s,
+            turn_rate_rad_s: command.turn_rate_rad_s,
             uav: self.uav,
             reserved: 0,
             rumours: self.neighbours.rumours(),
-        };
-        let command = Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, reserved: 0, terms };
-        Decision { state, command }
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{Pilot, impairment::Route, inlet::Inlet};
 use ringwing_bus::{BusError, Gate, Member, Publisher, Stamps, channel};
-use ringwing_flight::{Command, LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
+use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{
     Scenario,
     fault::{Source, schedule::LinkFault},
@@ -23,6 +23,7 @@ pub(crate) struct Ports {
     leader: Inlet<LeaderState>,
     pub(crate) state: Publisher<UavState>,
     pub(crate) command: Publisher<Command>,
+    pub(crate) account: Publisher<Account>,
     /// Opened once there is something to say of links.
     counts: Option<Publisher<LinkCounts>>,
     faults: Vec<LinkFault>,
@@ -55,6 +56,7 @@ impl Ports {
             leader: Inlet::new(leader, route(Source::Leader, 1), scenario),
             state: channel::state(uav).publisher(node)?,
             command: channel::command(uav).publisher(node)?,
+            account: channel::account(uav).publisher(node)?,
             counts: None,
             faults: Vec::new(),
             scenario: scenario.clone(),

@@ -1,7 +1,7 @@
 //! The process that flies one UAV.
 
 use crate::{Pilot, faults::Faults, ports::Ports};
-use ringwing_bus::{Ballast, BusError, DomainId, Member, Stamps, Wait, Wake, Waker, monotonic_ns};
+use ringwing_bus::{Ballast, BusError, DomainId, Member, Stamps, Wait, Waker, monotonic_ns};
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Scenario, ScenarioError};
 
@@ -49,7 +49,7 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
     }
     let mut pilot = Pilot::new(&scenario, uav);
     let mut ports = Ports::open(&member, uav, &scenario)?;
-    let mut waker = Waker::of_answerer(&member, wake(&scenario), scenario.time.real_time)?;
+    let mut waker = Waker::of_answerer(&member, scenario.ipc.wake, scenario.time.real_time)?;
     let ballast = ballast(&member, uav, scenario.ipc.payload_bytes)?;
     let mut faults = Faults::new(scenario, uav);
     let gate = member.attend()?;
@@ -76,6 +76,7 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
             if let Some(ballast) = &ballast {
                 ballast.send(tick)?;
             }
+            ports.account.send(decision.account, stamps)?;
             ports.state.send(decision.state, stamps)?;
             ports.command.send(decision.command, stamps)?;
             sending_ns = monotonic_ns() - sent_ns;
@@ -85,14 +86,6 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
         seen = Some(tick);
     }
     Ok(())
-}
-
-fn wake(scenario: &Scenario) -> Wake {
-    match scenario.ipc.wake {
-        ringwing_scenario::Wake::Gate => Wake::Gate,
-        ringwing_scenario::Wake::Spin => Wake::Spin,
-        ringwing_scenario::Wake::Event => Wake::Event,
-    }
 }
 
 /// The agent's end of the ballast, where some is carried.

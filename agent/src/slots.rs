@@ -3,8 +3,7 @@
 //! Never knows where the UAVs are, nor how anybody came to be lost.
 
 use nalgebra::Vector2;
-use ringwing_flight::{LivingRing, Slot};
-use ringwing_flight::{Tick, UavId};
+use ringwing_flight::{LivingRing, Slot, Tick, UavId};
 use ringwing_scenario::Scenario;
 
 /// What one UAV keeps to at one moment: its slot, and the distances that go with it.

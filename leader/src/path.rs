@@ -3,8 +3,7 @@
 //! A function of the tick alone, so that a leader that was replaced goes on where the first would be.
 
 use nalgebra::Point2;
-use ringwing_flight::{LeaderState, Tick};
-use ringwing_flight::{Pose, wrap};
+use ringwing_flight::{LeaderState, Pose, Tick, wrap};
 use ringwing_scenario::Scenario;
 
 /// Where the leader is at each tick.

@@ -1,7 +1,7 @@
 //! The process that flies the virtual leader.
 
 use crate::Path;
-use ringwing_bus::{BusError, DomainId, Member, Stamps, Wait, Wake, Waker, channel, monotonic_ns};
+use ringwing_bus::{BusError, DomainId, Member, Stamps, Wait, Waker, channel, monotonic_ns};
 use ringwing_flight::{Part, Tick};
 use ringwing_scenario::{Scenario, ScenarioError};
 
@@ -33,7 +33,7 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
     let scenario = Scenario::resolved(&member.domain().scenario()?)?;
     let path = Path::new(&scenario);
     let publisher = channel::leader(scenario.formation.uavs).publisher(member.node())?;
-    let mut waker = Waker::of_answerer(&member, wake(&scenario), scenario.time.real_time)?;
+    let mut waker = Waker::of_answerer(&member, scenario.ipc.wake, scenario.time.real_time)?;
     let gate = member.attend()?;
     let mut seen = gate.missed();
     while let Wait::Tick(tick) = waker.wait(&gate, seen, member.stop())? {
@@ -49,12 +49,4 @@ pub fn run(args: &Args) -> Result<(), LeaderError> {
         seen = Some(tick);
     }
     Ok(())
-}
-
-fn wake(scenario: &Scenario) -> Wake {
-    match scenario.ipc.wake {
-        ringwing_scenario::Wake::Gate => Wake::Gate,
-        ringwing_scenario::Wake::Spin => Wake::Spin,
-        ringwing_scenario::Wake::Event => Wake::Event,
-    }
 }

@@ -7,8 +7,7 @@ use crate::{
     schema::{Timing, UavControl, UavState},
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_flight::LivingRing;
-use ringwing_flight::{Command, FlightMode, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
+use ringwing_flight::{Command, FlightMode, LeaderState, LinkCounts, LivingRing, Sensed, TickTiming, UavId};
 use ringwing_scenario::Scenario;
 use std::collections::BTreeMap;
 

@@ -6,8 +6,7 @@
 use crate::{clock::Clock, frame::Frame, palette, schema::UavState};
 use foxglove::messages::{GeoJson, LocationFix};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
-use ringwing_flight::LeaderState;
-use ringwing_flight::direction;
+use ringwing_flight::{LeaderState, direction};
 use ringwing_scenario::{Georeference, Obstacle};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;

@@ -31,8 +31,7 @@ use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
 use recovery::RecoveryWatch;
-use ringwing_flight::FlightMode;
-use ringwing_flight::LivingRing;
+use ringwing_flight::{FlightMode, LivingRing};
 use ringwing_scenario::Scenario;
 use settling::Settling;
 

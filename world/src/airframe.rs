@@ -3,8 +3,7 @@
 //! Never trusts a command: whatever an agent sends, Eq. (2) holds, and a silent agent's airframe takes care of itself.
 
 use nalgebra::Point2;
-use ringwing_flight::Pose;
-use ringwing_flight::{Command, FlightMode, Tick, UavId};
+use ringwing_flight::{Command, FlightMode, Pose, Tick, UavId};
 use ringwing_scenario::{Failsafe, Scenario, StartState};
 
 /// Why a command was not taken.
@@ -156,7 +155,6 @@ impl Airframe {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use ringwing_flight::Terms;
 
     const START: StartState = StartState { position_m: [-40.0, 7.0], heading_deg: 20.0, speed_m_s: 15.0 };
 
@@ -167,14 +165,7 @@ mod tests {
     }
 
     fn command(tick: i64, speed_m_s: f64, turn_rate_rad_s: f64) -> Command {
-        Command {
-            tick: Tick(tick),
-            speed_m_s,
-            turn_rate_rad_s,
-            uav: UavId(3),
-            reserved: 0,
-            terms: Terms::NONE,
-        }
+        Command { tick: Tick(tick), speed_m_s, turn_rate_rad_s, uav: UavId(3), reserved: 0 }
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl Answers {
         for (uav, agent) in UavId::all(self.agents.len() as u32).zip(&mut self.agents) {
             agent.silent &= self.roster.has(uav) || !roster.has(uav);
         }
-        self.leader_silent &= self.roster.leader || !roster.leader;
+        self.leader_silent &= self.roster.has_leader() || !roster.has_leader();
         self.roster = *roster;
     }
 
@@ -83,7 +83,7 @@ impl Answers {
 
     /// A leader that is being replaced is waited for too: the new one answers the tick that the old one left open.
     fn expects_leader(&self) -> bool {
-        (self.roster.leader || self.roster.hold) && !self.leader_silent
+        (self.roster.has_leader() || self.roster.holds()) && !self.leader_silent
     }
 
     /// Everybody who is waited for.
@@ -100,7 +100,7 @@ impl Answers {
             self.roster.has(*uav) && self.roster.is_thawed(*uav) && self.agents[uav.index()].answer.is_none()
         };
         let agents = UavId::all(self.agents.len() as u32).filter(owes).map(Part::Agent);
-        let leader = self.roster.leader && self.roster.leader_thawed && !self.leader_answered;
+        let leader = self.roster.has_leader() && self.roster.is_leader_thawed() && !self.leader_answered;
         agents.chain(leader.then_some(Part::Leader))
     }
 
@@ -156,24 +156,16 @@ impl Answers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::Terms;
 
     fn command(uav: u32, tick: i64) -> Command {
-        Command {
-            tick: Tick(tick),
-            speed_m_s: 15.0,
-            turn_rate_rad_s: 0.0,
-            uav: UavId(uav),
-            reserved: 0,
-            terms: Terms::NONE,
-        }
+        Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), reserved: 0 }
     }
 
     const ALL_COMMANDED: [FlightMode; 3] = [FlightMode::COMMANDED; 3];
 
     fn with_everybody() -> Answers {
         let mut roster = Roster::empty();
-        roster.leader = true;
+        roster.set_leader(true);
         UavId::all(3).for_each(|uav| roster.set(uav, true));
         let mut answers = Answers::new(3);
         answers.set_roster(&roster);
@@ -239,7 +231,7 @@ mod tests {
         let mut answers = with_everybody();
         let mut roster = *answers.roster();
         roster.set_thawed(UavId(2), true);
-        roster.leader_thawed = true;
+        roster.set_leader_thawed(true);
         answers.set_roster(&roster);
         assert_eq!(answers.owing().collect::<Vec<_>>(), [Part::Agent(UavId(2)), Part::Leader]);
         answers.note(&command(2, 5), &Stamps::default(), 200);

@@ -1,25 +1,16 @@
 //! What has run into what.
 
 use crate::Airframe;
-use ringwing_flight::UavId;
+use ringwing_flight::{Collider, UavId};
 use ringwing_scenario::Obstacle;
 use std::collections::BTreeSet;
-
-/// Something that a UAV can run into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Other {
-    /// Another UAV, of a higher number.
-    Uav(UavId),
-    /// The obstacle at this place of the scenario's list.
-    Obstacle(usize),
-}
 
 /// Finds collisions, each once, when it begins.
 #[derive(Debug, Clone)]
 pub(crate) struct Collisions {
     distance_m: f64,
     obstacles: Vec<Obstacle>,
-    touching: BTreeSet<(UavId, Other)>,
+    touching: BTreeSet<(UavId, Collider)>,
     /// Indices of the airframes, sorted by x when last looked at: nearly so still.
     by_x: Vec<usize>,
 }
@@ -35,7 +26,7 @@ impl Collisions {
     }
 
     /// The collisions that began since the last call.
-    pub(crate) fn begun(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Other)> {
+    pub(crate) fn begun(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
         let touching: BTreeSet<_> =
             self.pairs(airframes).into_iter().chain(self.crashes(airframes)).collect();
         let begun = touching.difference(&self.touching).copied().collect();
@@ -44,20 +35,22 @@ impl Collisions {
     }
 
     /// UAVs inside an obstacle: d <= `R_obs`.
-    fn crashes(&self, airframes: &[Airframe]) -> Vec<(UavId, Other)> {
+    fn crashes(&self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
         let mut found = Vec::new();
         for (index, obstacle) in self.obstacles.iter().enumerate() {
             let inside = |airframe: &&Airframe| {
                 let centre = nalgebra::Point2::from(obstacle.position_m);
                 airframe.is_flying() && (airframe.pose().position - centre).norm() <= obstacle.radius_m
             };
-            found.extend(airframes.iter().filter(inside).map(|one| (one.uav(), Other::Obstacle(index))));
+            found.extend(
+                airframes.iter().filter(inside).map(|one| (one.uav(), Collider::Obstacle(index as u32))),
+            );
         }
         found
     }
 
     /// Pairs of UAVs closer than the collision distance: only those close in x can be.
-    fn pairs(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Other)> {
+    fn pairs(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
         let x = |index: usize| airframes[index].pose().position.x;
         self.by_x.sort_by(|a, b| x(*a).total_cmp(&x(*b)));
         let mut found = Vec::new();
@@ -65,7 +58,7 @@ impl Collisions {
             let near = self.by_x[place + 1..].iter().take_while(|b| x(**b) - x(a) < self.distance_m);
             for &b in near.filter(|b| self.collide(&airframes[a], &airframes[**b])) {
                 let (one, other) = (airframes[a].uav(), airframes[b].uav());
-                found.push((one.min(other), Other::Uav(one.max(other))));
+                found.push((one.min(other), Collider::Uav(one.max(other))));
             }
         }
         found
@@ -97,7 +90,7 @@ mod tests {
     fn uavs_that_are_close_collide_once() {
         let mut collisions = Collisions::new(2.0, &[], 4);
         let flying = airframes(&[[0.0, 0.0], [100.0, 0.0], [1.5, 0.5], [0.0, 50.0]]);
-        assert_eq!(collisions.begun(&flying), [(UavId(1), Other::Uav(UavId(3)))]);
+        assert_eq!(collisions.begun(&flying), [(UavId(1), Collider::Uav(UavId(3)))]);
         assert_eq!(collisions.begun(&flying), []);
         let apart = airframes(&[[0.0, 0.0], [100.0, 0.0], [5.0, 0.5], [0.0, 50.0]]);
         assert_eq!(collisions.begun(&apart), []);
@@ -114,7 +107,7 @@ mod tests {
         };
         let mut collisions = Collisions::new(2.0, &[obstacle], 2);
         let flying = airframes(&[[0.0, 9.999], [0.0, -10.001]]);
-        assert_eq!(collisions.begun(&flying), [(UavId(1), Other::Obstacle(0))]);
+        assert_eq!(collisions.begun(&flying), [(UavId(1), Collider::Obstacle(0))]);
     }
 
     #[test]
@@ -127,7 +120,7 @@ mod tests {
         for a in &flying {
             for b in flying.iter().filter(|b| b.uav() > a.uav()) {
                 if (a.pose().position - b.pose().position).norm() < 2.0 {
-                    expected.insert((a.uav(), Other::Uav(b.uav())));
+                    expected.insert((a.uav(), Collider::Uav(b.uav())));
                 }
             }
         }

@@ -19,4 +19,4 @@ mod tally;
 pub use airframe::{Airframe, Refusal};
 pub use measure::MeasureArgs;
 pub use process::{Args, WorldError, run};
-pub use sky::{Happening, Sky};
+pub use sky::Sky;

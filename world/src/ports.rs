@@ -1,7 +1,7 @@
 //! All that the world is connected to.
 
 use ringwing_bus::{Ballast, BusError, Member, Publisher, Subscriber, channel};
-use ringwing_flight::{Command, Event, Roster, Sensed, TickTiming, UavId};
+use ringwing_flight::{Command, EventMessage, Roster, Sensed, TickTiming, UavId};
 
 /// The world's ends of the services.
 #[derive(Debug)]
@@ -10,7 +10,7 @@ pub(crate) struct Ports {
     pub(crate) commands: Vec<Subscriber<Command>>,
     pub(crate) roster: Subscriber<Roster>,
     pub(crate) timing: Publisher<TickTiming>,
-    pub(crate) events: Publisher<Event>,
+    pub(crate) events: Publisher<EventMessage>,
     /// Of each UAV; none where none is carried.
     pub(crate) ballast: Vec<Ballast>,
 }

@@ -6,14 +6,13 @@ use crate::{
     measure::{Measure, MeasureArgs, Turn},
     ports::Ports,
     schedule::Schedule,
-    sky::Happening,
     tally::Tally,
 };
 use ringwing_bus::{
-    BusError, DomainId, Due, Gate, Member, Stamps, StopFlag, Wake, Waker, channel, monotonic_ns,
-    patience::crowd, report,
+    BusError, DomainId, Due, Gate, Member, Stamps, StopFlag, Waker, channel, monotonic_ns, patience::crowd,
+    report,
 };
-use ringwing_flight::{Collision, Event, Level, Part, Tick, UavId};
+use ringwing_flight::{Event, EventMessage, Part, Tick, TimedEvent, UavId};
 use ringwing_scenario::{Scenario, ScenarioError, start};
 use std::{
     thread,
@@ -57,7 +56,7 @@ pub fn run(args: &Args) -> Result<(), WorldError> {
     let scenario = Scenario::resolved(&member.domain().scenario()?)?;
     let sky = Sky::new(&scenario, &start::places(&scenario)?);
     let ports = Ports::open(&member, scenario.formation.uavs, scenario.ipc.payload_bytes)?;
-    let waker = Waker::of_world(&member, wake(&scenario), scenario.time.real_time)?;
+    let waker = Waker::of_world(&member, scenario.ipc.wake, scenario.time.real_time)?;
     let gate = member.attend()?;
     let mut world = World::new(&member, gate, waker, ports, sky, &scenario);
     world.measure = Measure::new(&args.measure, scenario.formation.uavs);
@@ -72,14 +71,6 @@ pub fn run(args: &Args) -> Result<(), WorldError> {
     world.waker.call()?;
     world.wait_for_recorder();
     Ok(())
-}
-
-fn wake(scenario: &Scenario) -> Wake {
-    match scenario.ipc.wake {
-        ringwing_scenario::Wake::Gate => Wake::Gate,
-        ringwing_scenario::Wake::Spin => Wake::Spin,
-        ringwing_scenario::Wake::Event => Wake::Event,
-    }
 }
 
 fn is_stopped(gate: &Gate, stop: &StopFlag) -> bool {
@@ -185,8 +176,9 @@ impl<'a> World<'a> {
             if self.sky.now() >= self.last_tick || self.is_stopped() {
                 return Ok(());
             }
-            for happening in self.sky.step() {
-                self.tell(&happening)?;
+            for event in self.sky.step() {
+                self.tally.count_event(self.sky.now().seconds(self.rate_hz), &event);
+                self.log_event(event)?;
             }
         }
     }
@@ -214,7 +206,7 @@ impl<'a> World<'a> {
         self.gate.hold_before(next);
         while self.answers.roster().free_before <= next && !self.is_stopped() {
             if since.elapsed() > self.hold_timeout {
-                self.event(Level::Warning, "fault.overdue", "a fault is not done in time; flying on")?;
+                self.log_event(Event::FaultOverdue)?;
                 break;
             }
             self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
@@ -240,10 +232,10 @@ impl<'a> World<'a> {
     /// Lets no time pass while a lost process is replaced, for a bounded time in all.
     fn wait_for_replacement(&mut self) -> Result<(), BusError> {
         let since = Instant::now();
-        while self.answers.roster().hold && !self.gave_up_holding && !self.is_stopped() {
+        while self.answers.roster().holds() && !self.gave_up_holding && !self.is_stopped() {
             if since.elapsed() > self.hold_timeout {
                 self.gave_up_holding = true;
-                self.event(Level::Warning, "process.silent", "no replacement is ready in time; flying on")?;
+                self.log_event(Event::ReplacementOverdue)?;
             }
             self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
             self.refresh_roster()?;
@@ -261,8 +253,7 @@ impl<'a> World<'a> {
         while self.recorder_lags() && !self.is_stopped() {
             if since.elapsed() > self.answer_timeout {
                 self.stuck_at = Some(self.gate.recorded());
-                let text = "the recorder does not fetch what there is; flying on";
-                self.event(Level::Warning, "recorder.silent", text)?;
+                self.log_event(Event::RecorderSilent)?;
             }
             self.gate.wait_for_nudge(self.nudges, LOOK_AGAIN);
             self.refresh_roster()?;
@@ -272,7 +263,7 @@ impl<'a> World<'a> {
 
     fn recorder_lags(&self) -> bool {
         let recorded = self.gate.recorded();
-        self.answers.roster().recorder
+        self.answers.roster().has_recorder()
             && self.sky.now().since(recorded) > self.recorder_lag_ticks
             && self.stuck_at != Some(recorded)
     }
@@ -314,7 +305,7 @@ impl<'a> World<'a> {
                 return Ok(());
             }
             self.refresh_roster()?;
-            let holds = self.answers.roster().hold && !self.gave_up_holding;
+            let holds = self.answers.roster().holds() && !self.gave_up_holding;
             let limit = if holds { self.hold_timeout } else { self.answer_timeout };
             if since.elapsed() > limit || self.is_stopped() {
                 return self.give_up();
@@ -332,9 +323,7 @@ impl<'a> World<'a> {
         }
         self.tally.unanswered_ticks += 1;
         for part in self.answers.give_up() {
-            let text =
-                format!("{part} has not answered for {:.1} s; flying on", self.answer_timeout.as_secs_f64());
-            self.event(Level::Warning, "process.silent", &text)?;
+            self.log_event(Event::ProcessSilent { part, waited_s: self.answer_timeout.as_secs_f64() })?;
         }
         Ok(())
     }
@@ -389,7 +378,7 @@ impl<'a> World<'a> {
         self.nudges = nudges;
         let answers = &mut self.answers;
         self.ports.roster.drain(|roster, _| answers.set_roster(roster))?;
-        self.gave_up_holding &= self.answers.roster().hold;
+        self.gave_up_holding &= self.answers.roster().holds();
         Ok(())
     }
 
@@ -417,29 +406,12 @@ impl<'a> World<'a> {
             return Ok(());
         }
         self.failed_connections = failed;
-        let text = format!("{failed} connections of the world failed; is `ulimit -n` large enough?");
-        self.event(Level::Error, "ipc.connection", &text)
+        self.log_event(Event::ConnectionsFailed { count: failed })
     }
 
-    fn tell(&mut self, happening: &Happening) -> Result<(), BusError> {
-        match happening {
-            Happening::Failsafe { uav } => {
-                self.tally.failsafes += 1;
-                let mode = self.sky.airframes()[uav.index()].mode().name();
-                self.event(Level::Warning, "failsafe", &format!("{uav} flies without its agent: {mode}"))
-            }
-            Happening::Collision { uav, with, position_m: [x, y] } => {
-                let time_s = self.sky.now().seconds(self.rate_hz);
-                let (with, position_m) = (with.clone(), [*x, *y]);
-                let text = format!("{uav} and {with} at ({x:.1}, {y:.1}) m");
-                self.tally.collisions.push(Collision { time_s, uav: uav.0, with, position_m });
-                self.event(Level::Error, "collision", &text)
-            }
-        }
-    }
-
-    fn event(&self, level: Level, name: &str, text: &str) -> Result<(), BusError> {
-        self.ports.events.send(Event::new(self.sky.now(), level, name, text), Stamps::now())
+    fn log_event(&self, event: Event) -> Result<(), BusError> {
+        let event = TimedEvent { tick: self.sky.now(), event };
+        self.ports.events.send(EventMessage::new(&event), Stamps::now())
     }
 
     fn report(&self) -> ringwing_flight::WorldReport {
@@ -451,7 +423,7 @@ impl<'a> World<'a> {
     /// Stays until the recorder has fetched the last tick: what a sender leaves behind may leave with it.
     fn wait_for_recorder(&mut self) {
         let since = Instant::now();
-        while self.answers.roster().recorder && self.gate.recorded() < self.sky.now() {
+        while self.answers.roster().has_recorder() && self.gate.recorded() < self.sky.now() {
             let gone = self.refresh_roster().is_err() || self.member.stop().is_set();
             if gone || since.elapsed() > self.answer_timeout {
                 return;

@@ -2,31 +2,9 @@
 //!
 //! Knows nothing of processes, services or clocks; the same commands give the same flight, to the bit.
 
-use crate::{
-    Airframe, Refusal,
-    collisions::{Collisions, Other},
-};
-use ringwing_flight::{Command, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
+use crate::{Airframe, Refusal, collisions::Collisions};
+use ringwing_flight::{Command, Event, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
 use ringwing_scenario::{Obstacle, Scenario, StartState};
-
-/// Something that happened between two ticks.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Happening {
-    /// A UAV ran into something.
-    Collision {
-        /// The UAV; the one of the lower number if two met.
-        uav: UavId,
-        /// What it met: `uav 4`, or an obstacle's name.
-        with: String,
-        /// Where the UAV was.
-        position_m: [f64; 2],
-    },
-    /// An agent was silent for too long, and its airframe's failsafe took over.
-    Failsafe {
-        /// The UAV.
-        uav: UavId,
-    },
-}
 
 /// The world's truth.
 #[derive(Debug, Clone)]
@@ -113,32 +91,26 @@ impl Sky {
     }
 
     /// Flies everybody on to the next tick.
-    pub fn step(&mut self) -> Vec<Happening> {
-        let mut happenings = Vec::new();
+    pub fn step(&mut self) -> Vec<Event> {
+        let mut events = Vec::new();
         for airframe in self.airframes.iter_mut().filter(|airframe| airframe.is_flying()) {
             if airframe.step(self.now) {
-                happenings.push(Happening::Failsafe { uav: airframe.uav() });
+                events.push(Event::Failsafe { uav: airframe.uav(), mode: airframe.mode() });
             }
         }
         self.now = self.now.next();
-        for (uav, other) in self.collisions.begun(&self.airframes) {
-            happenings.push(self.collision(uav, other));
+        for (uav, with) in self.collisions.begun(&self.airframes) {
+            let position_m = self.airframes[uav.index()].pose().position.into();
+            events.push(Event::Collision { uav, with, position_m });
         }
-        happenings
-    }
-
-    fn collision(&self, uav: UavId, other: Other) -> Happening {
-        let with = match other {
-            Other::Uav(other) => other.to_string(),
-            Other::Obstacle(index) => self.obstacles[index].name.clone(),
-        };
-        Happening::Collision { uav, with, position_m: self.airframes[uav.index()].pose().position.into() }
+        events
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ringwing_flight::Collider;
 
     fn mast(number: u32, x: f64) -> Obstacle {
         Obstacle {
@@ -180,20 +152,20 @@ mod tests {
         scenario.airframe.failsafe = ringwing_scenario::Failsafe::Vanish;
         let at = |x: f64| StartState { position_m: [x, 0.0], heading_deg: 0.0, speed_m_s: 15.0 };
         let mut sky = Sky::new(&scenario, &[at(0.0), at(1000.0), at(2000.0)]);
-        let happenings: Vec<_> = (0..200).flat_map(|_| sky.step()).collect();
-        assert_eq!(happenings.len(), 3, "{happenings:?}");
-        assert!(happenings.iter().all(|one| matches!(one, Happening::Failsafe { .. })));
+        let events: Vec<_> = (0..200).flat_map(|_| sky.step()).collect();
+        assert_eq!(events.len(), 3, "{events:?}");
+        assert!(events.iter().all(|one| matches!(one, Event::Failsafe { .. })));
         assert_eq!(sky.senses(UavId(1)), None);
     }
 
     #[test]
     fn a_collision_says_who_met_what_and_where() {
         let mut sky = sky_at_origin(vec![mast(1, 4.0)]);
-        let happenings: Vec<_> = (0..40).flat_map(|_| sky.step()).collect();
-        let [Happening::Collision { uav, with, position_m }] = happenings.as_slice() else {
-            panic!("{happenings:?}");
+        let events: Vec<_> = (0..40).flat_map(|_| sky.step()).collect();
+        let [Event::Collision { uav, with, position_m }] = events.as_slice() else {
+            panic!("{events:?}");
         };
-        assert_eq!((*uav, with.as_str()), (UavId(1), "mast 1"));
+        assert_eq!((*uav, *with), (UavId(1), Collider::Obstacle(0)));
         assert!((position_m[0] - 3.0).abs() < 0.15 + 1e-9);
     }
 }

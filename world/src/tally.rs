@@ -1,7 +1,7 @@
 //! What the world counts over a flight, for its report.
 
 use hdrhistogram::Histogram;
-use ringwing_flight::{Collision, Command, Latency, Sensed, TickTiming, WorldReport};
+use ringwing_flight::{Collision, Command, Event, Latency, Sensed, TickTiming, WorldReport};
 use xxhash_rust::xxh3::Xxh3;
 
 /// The longest latency told apart: a minute.
@@ -12,8 +12,8 @@ pub(crate) struct Tally {
     hash: Xxh3,
     latency: Histogram<u64>,
     late_max_ns: u64,
-    pub(crate) collisions: Vec<Collision>,
-    pub(crate) failsafes: u32,
+    collisions: Vec<Collision>,
+    failsafes: u32,
     pub(crate) refused_commands: u64,
     pub(crate) unanswered_ticks: u64,
     reused_commands: u64,
@@ -51,6 +51,17 @@ impl Tally {
         self.late_max_ns = self.late_max_ns.max(timing.late_ns);
         self.reused_commands += u64::from(timing.reused);
         self.missed_deadlines += u64::from(timing.missed_deadlines);
+    }
+
+    /// Counts what happened at `time_s`.
+    pub(crate) fn count_event(&mut self, time_s: f64, event: &Event) {
+        match *event {
+            Event::Collision { uav, with, position_m } => {
+                self.collisions.push(Collision { time_s, uav, with, position_m });
+            }
+            Event::Failsafe { .. } => self.failsafes += 1,
+            _ => {}
+        }
     }
 
     pub(crate) fn report(&self, last_tick: i64, complete: bool) -> WorldReport {

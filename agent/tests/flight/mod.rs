@@ -4,10 +4,9 @@
 use nalgebra::Point2;
 use ringwing_agent::Pilot;
 use ringwing_flight::{
-    FlightMode, LeaderState, Sensed, SensedObstacle, Terms, Tick, UavId, UavState,
+    Account, FlightMode, LeaderState, Pose, Sensed, SensedObstacle, Tick, UavId, UavState,
     payload::MAX_SENSED_OBSTACLES,
 };
-use ringwing_flight::{LivingRing, Pose};
 use ringwing_scenario::{Obstacle, Scenario, Setting, Source, StartState, start};
 use std::collections::BTreeMap;
 
@@ -41,7 +40,7 @@ pub(crate) struct Flight {
     pub(crate) is_leader_silent: bool,
     leader: Vec<LeaderState>,
     sensed: Vec<Vec<Sensed>>,
-    terms: Vec<Terms>,
+    accounts: Vec<Option<Account>>,
     /// Receiver and message, by when they arrive.
     under_way: BTreeMap<Tick, Vec<(usize, UavState)>>,
     /// Whether the link from one to another is out.
@@ -87,7 +86,7 @@ impl Flight {
             is_leader_silent: false,
             leader: Vec::new(),
             sensed: vec![Vec::new(); count as usize],
-            terms: vec![Terms::NONE; count as usize],
+            accounts: vec![None; count as usize],
             under_way: BTreeMap::new(),
             out: vec![vec![false; count as usize]; count as usize],
             chance: scenario.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
@@ -137,7 +136,7 @@ impl Flight {
                 airframe.speed_m_s = decision.command.speed_m_s;
                 airframe.turn_rate_rad_s = decision.command.turn_rate_rad_s;
                 airframe.commanded = self.now;
-                self.terms[index] = decision.command.terms;
+                self.accounts[index] = Some(decision.account);
                 self.send(index, decision.state);
             }
         }
@@ -310,14 +309,14 @@ impl Flight {
         let number = self.living().count() as u32;
         let said: Vec<_> = self
             .living()
-            .map(|index| (self.terms[index].living, self.terms[index].lost_fingerprint))
+            .map(|index| self.accounts[index].map(|account| (account.living, account.lost_fingerprint)))
             .collect();
-        said.iter().all(|one| one.0 == number && *one == said[0])
+        said.iter().all(|one| one.is_some_and(|(living, _)| living == number) && *one == said[0])
     }
 
     /// Whether all of the living say that they hear no leader.
     pub(crate) fn says_that_the_leader_is_silent(&self) -> bool {
-        self.living().all(|index| self.terms[index].leader_silent == 1)
+        self.living().all(|index| self.accounts[index].is_some_and(|account| account.leader_silent == 1))
     }
 }
 

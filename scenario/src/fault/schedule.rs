@@ -1,8 +1,7 @@
 //! The schedule of faults: what to do to which process before which tick, and which links have faults when.
 
 use super::{Action, Fault, Links, ProcessFault, Targets, Trouble};
-use ringwing_flight::draw::Draws;
-use ringwing_flight::{Event, Part, ProcessAction, Tick, TimedEvent, UavId};
+use ringwing_flight::{Event, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
 
 /// Something to do to one process at one tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
