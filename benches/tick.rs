@@ -49,7 +49,7 @@ fn airframe_step(criterion: &mut Criterion) {
     let starts = start::places(&scenario).expect("room for all");
     let mut airframe = Airframe::new(&scenario, UavId(1), &starts[0]);
     let mut command =
-        Command { tick: Tick(0), speed_m_s: 17.0, turn_rate_rad_s: 0.2, uav: UavId(1), reserved: 0 };
+        Command { tick: Tick(0), speed_m_s: 17.0, turn_rate_rad_s: 0.2, uav: UavId(1), withheld: 0 };
     criterion.bench_function("airframe step: command to the next tick", |bencher| {
         bencher.iter(|| {
             let now = command.tick;

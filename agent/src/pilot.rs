@@ -243,7 +243,7 @@ impl Pilot {
 
     fn command(&self, now: Tick, control: Control) -> Command {
         let Control { speed_m_s, turn_rate_rad_s } = control;
-        Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, reserved: 0 }
+        Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, withheld: 0 }
     }
 
     /// What neighbours are told: with the speed and turn rate that begin now they predict the coming tick exactly.

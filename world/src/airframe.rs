@@ -165,7 +165,7 @@ mod tests {
     }
 
     fn command(tick: i64, speed_m_s: f64, turn_rate_rad_s: f64) -> Command {
-        Command { tick: Tick(tick), speed_m_s, turn_rate_rad_s, uav: UavId(3), reserved: 0 }
+        Command { tick: Tick(tick), speed_m_s, turn_rate_rad_s, uav: UavId(3), withheld: 0 }
     }
 
     #[test]

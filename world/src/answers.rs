@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     fn command(uav: u32, tick: i64) -> Command {
-        Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), reserved: 0 }
+        Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), withheld: 0 }
     }
 
     const ALL_COMMANDED: [FlightMode; 3] = [FlightMode::COMMANDED; 3];
