@@ -7,7 +7,7 @@ use crate::{
     schema::{Timing, UavControl, UavState},
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_flight::{Command, FlightMode, LeaderState, LinkCounts, LivingRing, Sensed, TickTiming, UavId};
+use ringwing_flight::{Account, FlightMode, LeaderState, LinkCounts, LivingRing, Sensed, TickTiming, UavId};
 use ringwing_scenario::Scenario;
 use std::collections::BTreeMap;
 
@@ -18,8 +18,8 @@ pub struct Samples {
     pub tick: i64,
     /// How each airframe flies, UAV 1 first; none where it has left the sky or its sample was overwritten.
     pub flown: Vec<Option<Flown>>,
-    /// What each agent commanded, UAV 1 first.
-    pub commands: Vec<Option<Command>>,
+    /// What each agent commanded and why, UAV 1 first.
+    pub accounts: Vec<Option<Account>>,
     /// Where the leader is.
     pub leader: Option<LeaderState>,
     /// How long the tick took.
@@ -67,7 +67,7 @@ impl Samples {
         Self {
             tick: 0,
             flown: vec![None; uavs],
-            commands: vec![None; uavs],
+            accounts: vec![None; uavs],
             leader: None,
             timing: None,
             links: Vec::new(),
@@ -77,7 +77,7 @@ impl Samples {
 
     fn clear(&mut self) {
         self.flown.fill(None);
-        self.commands.fill(None);
+        self.accounts.fill(None);
         self.links.clear();
         (self.leader, self.timing, self.torn) = (None, None, false);
     }
@@ -112,10 +112,10 @@ impl Assembly {
         }
     }
 
-    /// Takes what the agent of `uav` commands.
-    pub(crate) fn put_command(&mut self, uav: UavId, command: &Command) {
-        if let Some(samples) = self.at(command.tick.0) {
-            samples.commands[uav.index()] = Some(*command);
+    /// Takes what the agent of `uav` commands and why.
+    pub(crate) fn put_account(&mut self, uav: UavId, account: &Account) {
+        if let Some(samples) = self.at(account.tick.0) {
+            samples.accounts[uav.index()] = Some(*account);
         }
     }
 
@@ -257,7 +257,7 @@ impl Frame {
         self.uavs.extend(UavId::all(ring.count()).map(|uav| UavFrame {
             state: state_of(uav, samples, ring),
             control:
-                samples.commands[uav.index()].map(|command| UavControl::of(uav.0, &command, ring.rate_hz)),
+                samples.accounts[uav.index()].map(|account| UavControl::of(uav.0, &account, ring.rate_hz)),
         }));
     }
 }
@@ -292,7 +292,7 @@ fn state_of(uav: UavId, samples: &Samples, ring: &Ring) -> Option<UavState> {
 mod tests {
     use super::*;
     use crate::testing;
-    use ringwing_flight::{SensedObstacle, Terms};
+    use ringwing_flight::SensedObstacle;
 
     fn ticks_before(assembly: &mut Assembly, end: i64) -> Vec<(i64, bool)> {
         std::iter::from_fn(|| assembly.take_before(end)).map(|samples| (samples.tick, samples.torn)).collect()
@@ -325,12 +325,12 @@ mod tests {
     }
 
     #[test]
-    fn a_command_comes_too_late_once_its_tick_is_handed_out() {
+    fn an_account_comes_too_late_once_its_tick_is_handed_out() {
         let mut assembly = Assembly::new(3, 0);
         assembly.put_sensed(UavId(1), &testing::sensed(4, 1, [0.0, 0.0]));
         let samples = assembly.take_before(5).unwrap();
         assembly.recycle(samples);
-        assembly.put_command(UavId(1), &testing::command(4, 1, Terms::NONE));
+        assembly.put_account(UavId(1), &testing::account(4, 1));
         assert_eq!(assembly.take_before(9), None);
     }
 

@@ -13,8 +13,8 @@ use crate::{
     schema,
     swarm::{SwarmMetrics, SwarmState},
 };
-use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Log as Line, PoseInFrame, SceneUpdate};
-use ringwing_flight::Formation;
+use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, PoseInFrame, SceneUpdate};
+use ringwing_flight::{Event, Formation};
 use ringwing_scenario::{Obstacle, Scenario};
 
 /// Frames, states, metrics and the leader.
@@ -76,9 +76,9 @@ impl Viewer {
         }
     }
 
-    /// Takes what was told.
-    pub(crate) fn hear(&mut self, line: &Line) {
-        self.watch.hear(line);
+    /// Takes an event.
+    pub(crate) fn on_event(&mut self, event: &Event) {
+        self.watch.on_event(event);
     }
 
     /// Takes a frame without showing it.

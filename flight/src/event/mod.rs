@@ -1,30 +1,31 @@
-//! What happens once and a person wants to read about: losses, faults, collisions.
+//! Events: what happens now and then in a run and a person wants to read about, such as losses, faults and collisions.
 //!
-//! An event says who, with whom, where and which fault as data. Never as a sentence: whoever shows an event makes the
-//! text, and whoever acts on one reads its fields.
+//! An event is data: who, with whom, where, which fault. It must never carry a sentence that another process takes
+//! apart. Code that acts on an event reads its fields; code that shows one calls [`Event::text`].
+
+mod text;
 
 use crate::{FlightMode, Part, Tick, UavId};
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
-/// How much an event matters; the names are those of the log's viewers.
+/// How much an event matters, in the terms of log viewers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// As planned.
+    /// The run goes as planned.
     Info,
-    /// The run survives it.
+    /// Something is wrong; the flight goes on.
     Warning,
-    /// Something that should not happen did: a collision, a lost process.
+    /// Something happened that must not happen in a good run: a collision, a lost process.
     Error,
 }
 
-/// What a UAV ran into.
+/// What a UAV collided with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Collider {
     /// Another UAV.
     Uav(UavId),
-    /// The scenario's obstacle with this index, from 0.
+    /// The scenario's obstacle with this index, counted from 0.
     Obstacle(u32),
 }
 
@@ -36,25 +37,14 @@ pub enum ProcessEnd {
     Exited(i32),
     /// This signal killed it.
     Killed(i32),
-    /// It was not a child of the launcher: its end was seen, but not how it came.
+    /// Somebody started it by hand, so the launcher is not its parent and cannot learn its exit status.
     Unknown,
 }
 
 impl ProcessEnd {
-    /// Whether it gave up with an error, which a successor would run into as well.
+    /// Whether the process gave up with an error. A successor would run into the same error.
     pub fn is_failure(self) -> bool {
         matches!(self, Self::Exited(status) if status != 0)
-    }
-}
-
-impl fmt::Display for ProcessEnd {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Exited(0) => f.write_str("has left"),
-            Self::Exited(status) => write!(f, "gave up (exit status {status})"),
-            Self::Killed(signal) => write!(f, "was killed by signal {signal}"),
-            Self::Unknown => f.write_str("has ended"),
-        }
     }
 }
 
@@ -62,11 +52,11 @@ impl fmt::Display for ProcessEnd {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AfterLoss {
-    /// A new process takes over.
+    /// It starts a new process in the same place.
     Replaced,
-    /// The UAV's airframe goes into its failsafe.
+    /// It starts nothing; the UAV's airframe goes into its failsafe.
     Failsafe {
-        /// The agent was lost before it was ready to fly.
+        /// Whether the agent was lost before it was ready to fly.
         before_flight: bool,
     },
 }
@@ -75,123 +65,135 @@ pub enum AfterLoss {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ProcessAction {
-    /// SIGKILL.
+    /// Sends SIGKILL.
     Kill {
-        /// A new process is started later.
+        /// Whether the same fault starts a new process later.
         returns: bool,
     },
-    /// SIGTERM.
+    /// Sends SIGTERM.
     Stop,
-    /// SIGSTOP.
+    /// Sends SIGSTOP.
     Freeze,
-    /// SIGCONT.
+    /// Sends SIGCONT.
     Thaw,
-    /// A new process.
+    /// Starts a new process.
     Start,
 }
 
-/// What happened.
+/// Why ticks are missing from the log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GapCause {
+    /// The flight began before the recorder listened.
+    StartedLate,
+    /// An earlier recorder died before it wrote them.
+    LostWithPredecessor,
+    /// The recorder read more slowly than the swarm flew.
+    FellBehind,
+}
+
+/// Something that happened in a run.
 ///
-/// Faults are named by the sentence that asked for them, as the scenario or `ringwing fault` has it.
+/// A fault's `sentence` is the one that asked for it, in the grammar of the scenario file and of `ringwing fault`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Event {
-    /// A UAV ran into something.
+    /// A UAV collided with something.
     Collision {
-        /// The UAV; the one with the lower number if two met.
+        /// The UAV; if two UAVs collided, the one with the lower number.
         uav: UavId,
-        /// What it met.
+        /// What it collided with.
         with: Collider,
         /// Where the UAV was, in the local frame.
         position_m: [f64; 2],
     },
-    /// An agent was silent for too long, and its airframe's failsafe took over.
+    /// An agent was silent for too long, so its airframe's failsafe took over.
     Failsafe {
         /// The UAV.
         uav: UavId,
         /// What the failsafe does.
         mode: FlightMode,
     },
-    /// A process ended, and nobody had asked for that.
+    /// A process ended, and no fault of the run had asked for that.
     ProcessLost {
-        /// Which.
+        /// The process.
         part: Part,
         /// How it ended.
         end: ProcessEnd,
         /// What the launcher does about it.
         then: AfterLoss,
     },
-    /// A process that was not there before is ready.
+    /// A process joined during the flight, and no fault of the run had asked for that.
     ProcessReady {
-        /// Which.
+        /// The process.
         part: Part,
     },
-    /// A process was stopped (SIGSTOP), and nobody had asked for that.
+    /// A process was frozen (SIGSTOP), and no fault of the run had asked for that.
     ProcessFrozen {
-        /// Which.
+        /// The process.
         part: Part,
     },
-    /// A stopped process goes on (SIGCONT), and nobody had asked for that.
+    /// A frozen process was thawed (SIGCONT), and no fault of the run had asked for that.
     ProcessThawed {
-        /// Which.
+        /// The process.
         part: Part,
     },
-    /// A process was killed because it did not become ready in time.
+    /// The launcher killed a process because it did not become ready in time.
     StartOverdue {
-        /// Which.
+        /// The process.
         part: Part,
     },
-    /// A process was killed because it stayed frozen and the flight cannot do without it.
+    /// The launcher killed a process because it stayed frozen and the flight cannot go on without it.
     ThawOverdue {
-        /// Which.
+        /// The process.
         part: Part,
     },
     /// A process did not answer its tick in time; the flight goes on without it.
     ProcessSilent {
-        /// Which.
+        /// The process.
         part: Part,
-        /// How long the world waited.
+        /// How long the world waited for it, by the wall clock.
         waited_s: f64,
     },
     /// The replacement of a lost process was not ready in time; the flight goes on without it.
     ReplacementOverdue,
-    /// The recorder stopped reading; the flight goes on.
+    /// The recorder stopped reading; the flight goes on, and the log will have a gap.
     RecorderSilent,
     /// Ticks are missing from the log.
     RecorderGap {
-        /// The first of them.
+        /// The first missing tick.
         first_tick: Tick,
-        /// The last.
+        /// The last missing tick.
         last_tick: Tick,
-        /// Why.
+        /// Why they are missing.
         cause: GapCause,
     },
-    /// Connections between processes failed, most often for lack of file descriptors.
+    /// The world could not connect to another process, most often because it ran out of file descriptors.
     ConnectionsFailed {
-        /// How many of the world's so far.
+        /// How many of the world's connections have failed in this run.
         count: u64,
     },
-    /// The user asked the run to end.
+    /// The user interrupted the run.
     RunInterrupted,
-    /// A process fault was applied.
+    /// The launcher applied a process fault.
     ProcessFault {
-        /// To which process.
+        /// The process.
         part: Part,
-        /// What was done.
+        /// What the launcher did to it.
         action: ProcessAction,
         /// The sentence that asked for it.
         sentence: String,
     },
-    /// A fault could not be applied.
+    /// The launcher could not apply a fault.
     FaultRefused {
-        /// Which process it was meant for, if it names one.
+        /// The process that the fault was meant for; `None` if the refusal concerns the sentence as a whole.
         part: Option<Part>,
-        /// Why.
+        /// Why not; a predicate of `part` where there is one, such as "is not frozen".
         why: String,
         /// The sentence that asked for it.
         sentence: String,
     },
-    /// Somebody asked a live run for a fault.
+    /// Somebody asked the live run for a fault.
     FaultRequested {
         /// The sentence, with its time.
         sentence: String,
@@ -213,18 +215,6 @@ pub enum Event {
         /// The sentence that asked for the fault.
         sentence: String,
     },
-}
-
-/// Why ticks are missing from the log.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GapCause {
-    /// The recorder started late.
-    StartedLate,
-    /// They were lost with a recorder that died.
-    LostWithPredecessor,
-    /// The recorder fell behind.
-    FellBehind,
 }
 
 impl Event {
@@ -281,26 +271,28 @@ impl Event {
         }
     }
 
-    /// Whether scheduling or somebody outside the run decided that, or when, it happened: such a flight cannot be
-    /// repeated to the bit.
+    /// Whether scheduling or somebody outside the run decided that it happened, or when: then flying the same scenario
+    /// again does not give the same payloads.
     ///
-    /// The recorder's own troubles do not count: it never changes the flight.
+    /// False for whatever happens to the recorder alone: it never changes the flight.
     pub fn is_by_chance(&self) -> bool {
         match self {
             Self::ProcessLost { part, .. }
+            | Self::ProcessReady { part }
             | Self::ProcessFrozen { part }
             | Self::ProcessThawed { part }
             | Self::StartOverdue { part }
             | Self::ThawOverdue { part }
             | Self::ProcessSilent { part, .. } => *part != Part::Recorder,
+            // A connection that failed may have cost some receiver its samples.
             Self::ReplacementOverdue
             | Self::FaultOverdue
             | Self::ConnectionsFailed { .. }
             | Self::RunInterrupted
             | Self::FaultRequested { .. } => true,
+            // The scenario and its seed decide these, or they leave the flight as it is.
             Self::Collision { .. }
             | Self::Failsafe { .. }
-            | Self::ProcessReady { .. }
             | Self::RecorderSilent
             | Self::RecorderGap { .. }
             | Self::ProcessFault { .. }
@@ -311,7 +303,7 @@ impl Event {
         }
     }
 
-    /// Whether it is a fault that the formation may feel: what recovery is measured from.
+    /// Whether it may disturb the formation: the time to recover is measured from here.
     pub fn is_disturbance(&self) -> bool {
         matches!(
             self,
@@ -322,10 +314,8 @@ impl Event {
                 | Self::ProcessFrozen { .. }
         )
     }
-}
 
-impl Event {
-    /// The text of unbounded length that it carries, if any.
+    /// The fault's sentence, for events that have one. It is the only part of an event whose length has no bound.
     pub(crate) fn sentence_mut(&mut self) -> Option<&mut String> {
         match self {
             Self::ProcessFault { sentence, .. }
@@ -351,35 +341,15 @@ impl ProcessAction {
     }
 }
 
-/// An event and its moment in simulated time.
+/// An event with its moment in simulated time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TimedEvent {
-    /// When.
+    /// The tick at which it happened.
     pub tick: Tick,
-    /// What.
+    /// What happened.
     #[serde(flatten)]
     pub event: Event,
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_lost_recorder_does_not_spoil_a_flight_and_a_lost_agent_does() {
-        let lost = |part| Event::ProcessLost { part, end: ProcessEnd::Killed(9), then: AfterLoss::Replaced };
-        assert!(!lost(Part::Recorder).is_by_chance());
-        assert!(lost(Part::Agent(UavId(3))).is_by_chance() && lost(Part::Leader).is_by_chance());
-    }
-
-    #[test]
-    fn an_asked_kill_is_a_disturbance_and_not_by_chance() {
-        let kill = Event::ProcessFault {
-            part: Part::Agent(UavId(3)),
-            action: ProcessAction::Kill { returns: false },
-            sentence: "kill uav 3".into(),
-        };
-        assert!(kill.is_disturbance() && !kill.is_by_chance());
-        assert_eq!((kill.name(), kill.level()), ("fault.kill", Level::Warning));
-    }
-}
+mod tests;
