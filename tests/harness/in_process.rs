@@ -53,15 +53,15 @@ impl Flight {
         let now = self.sky.now();
         for (uav, pilot) in UavId::all(self.count).zip(&mut self.pilots) {
             if let Some(senses) = self.sky.senses(uav) {
-                pilot.sense(&senses);
+                pilot.receive_sensed(&senses);
             }
             for neighbour in pilot.listened().to_vec() {
                 if let Some(decision) = &self.decisions[neighbour.index()] {
-                    pilot.hear(&decision.state, now);
+                    pilot.receive_state(&decision.state, now);
                 }
             }
             if let Some(led) = &self.led {
-                pilot.hear_leader(led);
+                pilot.receive_leader(led);
             }
         }
     }

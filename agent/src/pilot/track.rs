@@ -1,6 +1,6 @@
 //! What a UAV has heard of another: a ring neighbour or the leader.
 //!
-//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::arrivals).
+//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::reception::arrivals).
 
 use nalgebra::Point2;
 use ringwing_flight::{AgeTicks, LeaderState, Pose, Tick, UavState};

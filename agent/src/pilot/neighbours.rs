@@ -1,11 +1,9 @@
 //! What a UAV has heard of the others: where they are, and who lives.
 //!
-//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::arrivals).
+//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::reception::arrivals).
 
-use crate::{
-    link::{Link, Track},
-    membership::Membership,
-};
+use super::track::{Link, Track};
+use crate::membership::Membership;
 use ringwing_flight::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
 use ringwing_scenario::Scenario;
 

@@ -2,17 +2,21 @@
 //!
 //! Knows nothing of processes, services or clocks; the same inputs give the same outputs, to the bit.
 
-use crate::{
-    law::{
-        Bond, Control, Field, Limits, Obstacle, formation_control, potential, potential_forces, repulsion,
-        saturated_control, speed_force,
-    },
-    lead::Lead,
-    link::{Track, age},
-    neighbours::Neighbours,
-    own::Own,
-    slots::{Shape, Slots},
+mod leader_estimate;
+mod neighbours;
+mod own;
+mod slots;
+mod track;
+
+use crate::law::{
+    Bond, Control, Field, Limits, Obstacle, formation_control, potential, potential_forces, repulsion,
+    saturated_control, speed_force,
 };
+use leader_estimate::Lead;
+use neighbours::Neighbours;
+use own::Own;
+use slots::{Shape, Slots};
+use track::{Track, age};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{Account, Command, LeaderState, Pose, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{DeadReckoning, Scenario};
@@ -89,19 +93,19 @@ impl Pilot {
     }
 
     /// Takes in what the UAV senses.
-    pub fn sense(&mut self, senses: &Sensed) {
+    pub fn receive_sensed(&mut self, senses: &Sensed) {
         if senses.uav == self.uav {
             self.own.sense(senses);
         }
     }
 
     /// Takes in what another UAV sent, in tick `now`.
-    pub fn hear(&mut self, state: &UavState, now: Tick) {
+    pub fn receive_state(&mut self, state: &UavState, now: Tick) {
         self.neighbours.hear(state, now);
     }
 
     /// Takes in what the leader sent.
-    pub fn hear_leader(&mut self, state: &LeaderState) {
+    pub fn receive_leader(&mut self, state: &LeaderState) {
         self.lead.hear(state);
     }
 

@@ -1,6 +1,6 @@
-//! What an agent learns of the faults that concern it: those of the scenario, and those added while the run goes on.
+//! The faults that concern an agent: those of the scenario, and those added while the run goes on.
 
-use crate::AgentError;
+use super::AgentError;
 use ringwing_bus::{Gate, Member, report};
 use ringwing_flight::{Part, Tick, UavId};
 use ringwing_scenario::{
@@ -9,22 +9,22 @@ use ringwing_scenario::{
 };
 use std::{thread, time::Duration};
 
-/// The faults that an agent knows of.
-pub(crate) struct Faults {
+/// Watches the gate for added faults.
+pub(super) struct FaultWatch {
     uav: UavId,
     scenario: Scenario,
-    /// How many of those added it knows; none before the first look.
+    /// How many added faults are known; `None` before the first look.
     known: Option<u32>,
     slow_answers: Vec<SlowAnswers>,
 }
 
-impl Faults {
-    pub(crate) fn new(scenario: Scenario, uav: UavId) -> Self {
+impl FaultWatch {
+    pub(super) fn new(scenario: Scenario, uav: UavId) -> Self {
         Self { uav, scenario, known: None, slow_answers: Vec::new() }
     }
 
-    /// All faults of links, if there are others than at the last look.
-    pub(crate) fn news(
+    /// The faults of all links, if they have changed since the last look.
+    pub(super) fn changed_link_faults(
         &mut self,
         member: &Member,
         gate: &Gate,
@@ -43,8 +43,8 @@ impl Faults {
         Ok(Some(schedule.link_faults()))
     }
 
-    /// Takes as much longer for `now` as it should.
-    pub(crate) fn dawdle(&self, now: Tick) {
+    /// Delays the answer to `now` by as much as the `slow` faults of this agent say.
+    pub(super) fn delay_answer(&self, now: Tick) {
         for slow in self.slow_answers.iter().filter(|slow| (slow.begin..slow.end).contains(&now.0)) {
             thread::sleep(Duration::from_secs_f64(slow.by_s));
         }

@@ -2,7 +2,7 @@
 //!
 //! Never flies a path of its own: a silent leader is where its last state leads.
 
-use crate::link::{Link, Track};
+use super::track::{Link, Track};
 use nalgebra::Vector2;
 use ringwing_flight::{LeaderState, Pose, Tick};
 use ringwing_scenario::DeadReckoning;

@@ -1,21 +1,10 @@
 use super::*;
+use crate::reception::sample::test_state as state;
 use proptest::{collection::vec, prelude::*};
+use ringwing_flight::UavState;
 use ringwing_scenario::{Fault, Schedule};
 
 const RATE_HZ: u32 = 100;
-
-fn state(tick: i64) -> UavState {
-    UavState {
-        tick: Tick(tick),
-        position_m: [tick as f64, 0.0],
-        heading_rad: 0.0,
-        speed_m_s: 15.0,
-        turn_rate_rad_s: 0.0,
-        uav: UavId(2),
-        reserved: 0,
-        rumours: Default::default(),
-    }
-}
 
 fn link_faults(sentences: &[&str]) -> Vec<LinkFault> {
     let faults: Vec<Fault> = sentences.iter().map(|text| text.parse().unwrap()).collect();
@@ -23,7 +12,7 @@ fn link_faults(sentences: &[&str]) -> Vec<LinkFault> {
 }
 
 fn link(source: Source, to: u32, seed: u64, sentences: &[&str]) -> Impairment<UavState> {
-    let mut link = Impairment::new(Route { source, to: UavId(to), ticks: 1 }, seed, RATE_HZ);
+    let mut link = Impairment::new(Route { source, to: UavId(to), latency_ticks: 1 }, seed, RATE_HZ);
     link.set_faults(&link_faults(sentences));
     link
 }

@@ -1,7 +1,12 @@
 //! The process that flies one UAV.
 
-use crate::{Pilot, faults::Faults, ports::Ports};
-use ringwing_bus::{Ballast, BusError, DomainId, Member, Stamps, Wait, Waker, monotonic_ns};
+mod fault_watch;
+mod ports;
+
+use crate::UavAgent;
+use fault_watch::FaultWatch;
+use ports::AgentPorts;
+use ringwing_bus::{BusError, DomainId, Member, Wait, Waker, monotonic_ns};
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Scenario, ScenarioError};
 
@@ -47,48 +52,27 @@ pub fn run(args: &Args) -> Result<(), AgentError> {
     if uav.0 > count {
         return Err(AgentError::NoSuchUav { uav: uav.0, count });
     }
-    let mut pilot = Pilot::new(&scenario, uav);
-    let mut ports = Ports::open(&member, uav, &scenario)?;
+    let mut agent = UavAgent::new(&scenario, uav);
+    let mut ports = AgentPorts::open(&member, &scenario, uav, &agent)?;
     let mut waker = Waker::of_answerer(&member, scenario.ipc.wake, scenario.time.real_time)?;
-    let ballast = ballast(&member, uav, scenario.ipc.payload_bytes)?;
-    let mut faults = Faults::new(scenario, uav);
+    let mut faults = FaultWatch::new(scenario, uav);
     let gate = member.attend()?;
-    let (mut seen, mut sending_ns) = (gate.missed(), 0);
+    let mut seen = gate.missed();
     while let Wait::Tick(tick) = waker.wait(&gate, seen, member.stop())? {
         let woke_ns = monotonic_ns();
-        if let Some(news) = faults.news(&member, &gate)? {
-            ports.set_faults(news);
+        if let Some(changed) = faults.changed_link_faults(&member, &gate)? {
+            agent.set_faults(&changed);
         }
-        ports.receive(&mut pilot, tick)?;
-        ports.receive_leader(&mut pilot, &member, &gate, tick)?;
-        if let Some(ballast) = &ballast {
-            ballast.receive()?;
-        }
+        ports.receive(&mut agent, &gate, tick)?;
         let read_ns = monotonic_ns();
-        faults.dawdle(tick);
-        ports.send_counts(&member, tick)?;
-        let decision = pilot.fly(tick);
-        // Before the command, with which the tick may be over: what the others send in the next is meant to be heard.
-        ports.listen_to(&member, pilot.listened())?;
-        if let Some(decision) = decision {
-            let sent_ns = monotonic_ns();
-            let stamps = Stamps { woke_ns, read_ns, sent_ns, sending_ns };
-            if let Some(ballast) = &ballast {
-                ballast.send(tick)?;
-            }
-            ports.account.send(decision.account, stamps)?;
-            ports.state.send(decision.state, stamps)?;
-            ports.command.send(decision.command, stamps)?;
-            sending_ns = monotonic_ns() - sent_ns;
-        }
+        faults.delay_answer(tick);
+        ports.send_link_counts(agent.link_counts(tick))?;
+        let answer = agent.fly(tick);
+        ports.update_inputs(&mut agent)?;
+        ports.send(&answer, tick, woke_ns, read_ns)?;
         gate.answer();
         waker.answered()?;
         seen = Some(tick);
     }
     Ok(())
-}
-
-/// The agent's end of the ballast, where some is carried.
-fn ballast(member: &Member, uav: UavId, bytes: u32) -> Result<Option<Ballast>, BusError> {
-    (bytes > 0).then(|| Ballast::of_agent(member.node(), uav, bytes)).transpose()
 }
