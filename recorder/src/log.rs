@@ -3,18 +3,26 @@
 //! What every log begins with (metadata, attachments, channels in the order of their names) comes first, so that it
 //! survives whatever happens. Never writes a wall-clock time unless the timing of ticks is wanted.
 
+pub(crate) mod copy;
+pub(crate) mod gap;
+pub mod reader;
+pub mod recover;
+pub(crate) mod salvage;
+mod sink;
+
 use crate::{
     RecorderError,
     clock::Clock,
     faults::Faults,
     frame::Frame,
-    layout,
-    links::LinkCounts,
-    scene,
     schema::{Timing, UavControl, UavState},
-    sink::Sink,
-    swarm::{SwarmMetrics, SwarmState},
-    view::View,
+    show::{
+        layout,
+        links::LinkCounts,
+        scene,
+        swarm::{SwarmMetrics, SwarmState},
+        view::TickView,
+    },
 };
 use foxglove::{
     Encode,
@@ -27,6 +35,7 @@ use mcap::{
 };
 use ringwing_flight::UavId;
 use ringwing_scenario::Scenario;
+use sink::Sink;
 use std::{
     borrow::Cow,
     collections::BTreeMap,
@@ -134,7 +143,7 @@ impl Log {
         &mut self,
         frame: &Frame,
         lines: &[Line],
-        view: &View,
+        view: &TickView,
     ) -> Result<(), RecorderError> {
         let tick = frame.tick;
         self.flush_if_due(tick)?;

@@ -21,8 +21,8 @@ use crate::{
     clock::Clock,
     faults::is_fault,
     frame::Frame,
-    links::LinkTally,
     schema::{UavControl, UavState},
+    show::links::LinkTally,
 };
 use agreement::AgreementWatch;
 use foxglove::messages::Log as Line;

@@ -6,13 +6,17 @@ use crate::{
     Metrics, RecorderError,
     clock::Clock,
     frame::Frame,
-    gap::{Gap, Gaps},
     judge,
-    log::{Log, Opening, introduction},
+    log::{
+        Log, Opening,
+        gap::{Gap, Gaps},
+        introduction,
+    },
     metrics::{FlightSummary, Moment},
     replay::Past,
-    schema, takeover,
-    view::Viewer,
+    schema,
+    show::view::Viewer,
+    takeover,
 };
 use foxglove::messages::Log as Line;
 use ringwing_flight::{Event, Level, WorldReport};
@@ -157,7 +161,7 @@ impl Recording {
     pub(crate) fn report(&self) -> RecorderReport {
         RecorderReport {
             summary: self.metrics.summary(),
-            gaps: self.gaps.told().to_vec(),
+            gaps: self.gaps.closed().to_vec(),
             messages: self.log.as_ref().map_or(0, Log::messages),
             problem: None,
         }

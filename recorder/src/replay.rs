@@ -4,12 +4,10 @@
 
 use crate::{
     frame::{Frame, UavFrame},
-    gap::Gaps,
-    links::LinkCounts,
-    log::{LINKS_TOPIC, LOG_TOPIC},
+    log::{LINKS_TOPIC, LOG_TOPIC, gap::Gaps},
     metrics::Metrics,
     schema::{Timing, UavControl, UavState},
-    view::Viewer,
+    show::{links::LinkCounts, view::Viewer},
 };
 use foxglove::messages::{Log as Line, PoseInFrame};
 use nalgebra::Point2;

@@ -277,8 +277,10 @@ mod tests {
     use super::*;
     use crate::{
         faults::Faults,
-        links::LinkCounts,
-        swarm::{SwarmMetrics, SwarmState},
+        show::{
+            links::LinkCounts,
+            swarm::{SwarmMetrics, SwarmState},
+        },
     };
     use foxglove::{
         Encode,
