@@ -11,6 +11,7 @@
 
 mod clock;
 mod error;
+pub mod events;
 pub mod faults;
 pub mod frame;
 pub mod log;

@@ -19,19 +19,17 @@ pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
 
 use crate::{
     clock::Clock,
-    faults::is_fault,
     frame::Frame,
     schema::{UavControl, UavState},
     show::links::LinkTally,
 };
 use agreement::AgreementWatch;
-use foxglove::messages::Log as Line;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
 use recovery::RecoveryWatch;
-use ringwing_flight::{FlightMode, LivingRing};
+use ringwing_flight::{FlightMode, LivingRing, TimedEvent};
 use ringwing_scenario::Scenario;
 use settling::Settling;
 
@@ -74,6 +72,8 @@ pub struct Metrics {
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
+    /// Disturbances whose tick has not come yet.
+    disturbances: Vec<TimedEvent>,
     agreement: AgreementWatch,
     closes: bool,
     closest: ClosestSoFar,
@@ -115,6 +115,7 @@ impl Metrics {
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::default(),
+            disturbances: Vec::new(),
             agreement: AgreementWatch::default(),
             closes: scenario.control.ring_closes,
             closest: ClosestSoFar::default(),
@@ -130,16 +131,37 @@ impl Metrics {
         }
     }
 
-    /// Takes what was told in `tick`, before that tick's frame.
-    pub fn hear(&mut self, tick: i64, line: &Line) {
-        if is_fault(line) {
-            self.recovery.hear(tick, &line.message);
+    /// Takes an event, which counts from its own tick on. One that lies ahead waits for the frame of its tick, so that
+    /// the order of events and frames makes no difference.
+    pub fn on_event(&mut self, event: &TimedEvent) {
+        if !event.event.is_disturbance() {
+            return;
         }
+        self.disturbances.push(event.clone());
+        if let Some(last) = self.last_tick() {
+            self.apply_disturbances(last);
+        }
+    }
+
+    /// Measures recovery from the disturbances up to `tick`, in order of time.
+    fn apply_disturbances(&mut self, tick: i64) {
+        self.disturbances.sort_by_key(|disturbance| disturbance.tick);
+        let due = self.disturbances.partition_point(|disturbance| disturbance.tick.0 <= tick);
+        for TimedEvent { tick, event } in self.disturbances.drain(..due) {
+            // No disturbance involves an obstacle, so its text needs no obstacle's name.
+            self.recovery.on_disturbance(tick.0, &event.text(|_| String::new()));
+        }
+    }
+
+    /// The tick of the last frame.
+    fn last_tick(&self) -> Option<i64> {
+        (self.ticks > 0).then_some(self.moment.tick)
     }
 
     /// Takes the next frame; frames come in order.
     pub fn observe(&mut self, frame: &Frame) {
         self.ticks += 1;
+        self.apply_disturbances(frame.tick);
         if !frame.torn {
             self.ring.reform(|number| commanded(frame, number).is_some());
         }
@@ -224,7 +246,7 @@ impl Metrics {
             recoveries: self.recovery.recoveries(self.clock),
             ticks: self.ticks,
             ticks_lost: self.lost,
-            last_tick: (self.ticks > 0).then_some(self.moment.tick),
+            last_tick: self.last_tick(),
             links: self.links.totals(),
             uavs: self.uavs.clone(),
         }

@@ -5,7 +5,7 @@
 
 use crate::{
     RecorderError,
-    log::{LAYOUT, Log, Opening, RESULT, RUN, SCENARIO, copy::RecordCopier, salvage::Salvage},
+    log::{LAYOUT, LogWriter, Opening, RESULT, RUN, SCENARIO, copy::RecordCopier, salvage::Salvage},
     replay::Past,
 };
 use mcap::{
@@ -31,10 +31,10 @@ pub(crate) fn take_over(
     opening: &Opening,
     begun: bool,
     past: &mut Past,
-) -> Result<Log, RecorderError> {
+) -> Result<LogWriter, RecorderError> {
     check_is_of_this_flight(path, opening, begun)?;
     let mut takeover =
-        Takeover { log: Log::create(&part_of(path), opening)?, copier: RecordCopier::default(), past };
+        Takeover { log: LogWriter::create(&part_of(path), opening)?, copier: RecordCopier::default(), past };
     for record in Salvage::new(open(path)?) {
         takeover.take(record)?;
     }
@@ -79,7 +79,7 @@ fn check_is_of_this_flight(path: &Path, opening: &Opening, begun: bool) -> Resul
 
 /// A log that is being taken over.
 struct Takeover<'a> {
-    log: Log,
+    log: LogWriter,
     copier: RecordCopier,
     past: &'a mut Past,
 }
@@ -146,9 +146,11 @@ mod tests {
         record(&path, &scenario, &flight(&scenario, 480..700));
         let (taken_over, whole) = (seen(&path), undisturbed(&scenario, 0..700));
         assert_eq!(gaps(&taken_over), ["ticks 450 to 479 were lost with the recorder's predecessor"]);
-        // Scenes and faults are shown anew; trails and counts lack what was lost.
+        // Scenes and faults are shown anew; trails and counts lack what was lost; the gap is an event.
         let tells_one_moment = |message: &&Seen| {
-            !["/faults", "/scene", "/swarm/metrics"].iter().any(|topic| message.topic.starts_with(topic))
+            !["/events", "/faults", "/scene", "/swarm/metrics"]
+                .iter()
+                .any(|topic| message.topic.starts_with(topic))
         };
         let is_no_gap = |message: &&Seen| gaps(std::slice::from_ref(*message)).is_empty();
         let kept: Vec<_> = taken_over.iter().filter(tells_one_moment).filter(is_no_gap).collect();

@@ -15,8 +15,8 @@ use crate::{
     metrics::Moment,
     schema,
 };
-use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Log as Line, PoseInFrame, SceneUpdate};
-use ringwing_flight::Formation;
+use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, PoseInFrame, SceneUpdate};
+use ringwing_flight::{Event, Formation};
 use ringwing_scenario::{Obstacle, Scenario};
 
 // Messages per simulated second. Raw states are logged every tick; higher rates here only make the log larger, and
@@ -87,9 +87,9 @@ impl Viewer {
         }
     }
 
-    /// Takes what was told.
-    pub(crate) fn hear(&mut self, line: &Line) {
-        self.watch.hear(line);
+    /// Takes an event.
+    pub(crate) fn on_event(&mut self, event: &Event) {
+        self.watch.on_event(event);
     }
 
     /// Takes a frame without making its view.

@@ -60,7 +60,10 @@ fn topics(uavs: u32) -> Vec<String> {
     let scenario = testing::ring_of(uavs, 40.0);
     let (_folder, path) = testing::place();
     let opening = crate::log::Opening { timing: true, ..testing::opening(&scenario) };
-    crate::log::Log::create(&path, &opening).unwrap().finish(std::collections::BTreeMap::default()).unwrap();
+    crate::log::LogWriter::create(&path, &opening)
+        .unwrap()
+        .finish(std::collections::BTreeMap::default())
+        .unwrap();
     let summary = mcap::Summary::read(&std::fs::read(&path).unwrap()).unwrap().unwrap();
     summary.channels.values().map(|channel| channel.topic.clone()).collect()
 }

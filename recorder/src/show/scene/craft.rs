@@ -184,7 +184,7 @@ fn outline() -> impl Iterator<Item = (f64, f64)> {
 mod tests {
     use super::*;
     use crate::testing;
-    use foxglove::messages::Log as Line;
+    use ringwing_flight::{Event, Part, UavId};
 
     fn names(scene: &SceneUpdate) -> Vec<(&str, &str)> {
         scene.entities.iter().map(|one| (&*one.frame_id, &*one.texts[0].text)).collect()
@@ -202,7 +202,7 @@ mod tests {
         let first = scene(&frame, &faults).unwrap();
         assert_eq!(names(&first), [("uav_001", "1"), ("uav_002", "2"), ("uav_003", "3")]);
         assert_eq!(scene(&frame, &faults), None);
-        faults.hear(&Line { name: "process.lost".into(), message: "uav 2 ended".into(), ..Line::default() });
+        faults.on_event(&Event::ProcessFrozen { part: Part::Agent(UavId(2)) });
         assert_eq!(names(&scene(&frame, &faults).unwrap())[1], ("uav_002", "2 lost"));
         frame.uavs[0].state.as_mut().unwrap().mode = "hold".into();
         faults.observe(&frame);
