@@ -3,8 +3,8 @@
 //! Never waits and never guesses: what was not heard is absent.
 
 use crate::{
-    links,
     schema::{Timing, UavControl, UavState},
+    show::links,
 };
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{Account, FlightMode, LeaderState, LinkCounts, LivingRing, Sensed, TickTiming, UavId};

@@ -20,8 +20,8 @@ pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
 use crate::{
     clock::Clock,
     frame::Frame,
-    links::LinkTally,
     schema::{UavControl, UavState},
+    show::links::LinkTally,
 };
 use agreement::AgreementWatch;
 use lyapunov::LyapunovWatch;

@@ -1,7 +1,7 @@
 //! What the flight was like, for tables, scripts and the verdict.
 
 use super::{Recovery, is_commanded};
-use crate::{links::LinkTotals, schema::UavState};
+use crate::{schema::UavState, show::links::LinkTotals};
 use serde::{Deserialize, Serialize};
 
 /// A flight in numbers; what does not exist is absent, never 0.
