@@ -2,7 +2,7 @@
 //!
 //! Never softens: what is required and cannot be measured is violated.
 
-use crate::metrics::FlightSummary;
+use super::FlightSummary;
 use ringwing_scenario::Requirements;
 
 /// The requirements that the flight violated, each as one sentence; none if it passed.

@@ -5,31 +5,33 @@
 
 mod agreement;
 mod coherence;
+mod frame;
+mod links;
 mod lyapunov;
 mod obstacles;
 mod pairs;
 mod recovery;
+mod ring;
 mod settling;
 mod summary;
+pub mod verdict;
 
 pub use coherence::Coherence;
+pub use frame::{AirframeSample, ControlTerms, Frame, Samples, TrueState, UavFrame};
+pub use links::LinkTotals;
 pub use pairs::{Pair, Pairs};
-pub use recovery::Recovery;
+pub use recovery::FaultRecovery;
+pub use ring::FlownRing;
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
 
-use crate::{
-    clock::Clock,
-    frame::Frame,
-    schema::{UavControl, UavState},
-    show::links::LinkTally,
-};
 use agreement::AgreementWatch;
+use links::LinkTally;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
 use recovery::RecoveryWatch;
-use ringwing_flight::{FlightMode, LivingRing, TimedEvent};
+use ringwing_flight::{FlightMode, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
 use settling::Settling;
 
@@ -66,16 +68,13 @@ pub struct Moment {
 /// Everything measured of a flight so far.
 #[derive(Debug, Clone)]
 pub struct Metrics {
-    clock: Clock,
-    /// The ring of those who fly on command, where the ring closes; else the whole one.
-    ring: LivingRing,
+    rate_hz: u32,
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
     /// Disturbances whose tick has not come yet.
     disturbances: Vec<TimedEvent>,
     agreement: AgreementWatch,
-    closes: bool,
     closest: ClosestSoFar,
     obstacles: Vec<ObstacleWatch>,
     lyapunov: LyapunovWatch,
@@ -110,14 +109,12 @@ impl Metrics {
     /// Before anything has flown.
     pub fn new(scenario: &Scenario) -> Self {
         Self {
-            clock: Clock::new(scenario.time.rate_hz),
-            ring: scenario.whole_ring(),
+            rate_hz: scenario.time.rate_hz,
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::default(),
             disturbances: Vec::new(),
             agreement: AgreementWatch::default(),
-            closes: scenario.control.ring_closes,
             closest: ClosestSoFar::default(),
             obstacles: scenario.obstacles.iter().map(ObstacleWatch::new).collect(),
             lyapunov: LyapunovWatch::new(scenario),
@@ -162,14 +159,11 @@ impl Metrics {
     pub fn observe(&mut self, frame: &Frame) {
         self.ticks += 1;
         self.apply_disturbances(frame.tick);
-        if !frame.torn {
-            self.ring.reform(|number| commanded(frame, number).is_some());
-        }
         self.sky.clear();
-        self.sky.extend(in_the_sky(frame).map(|state| (state.uav, place(state))));
+        self.sky.extend(in_the_sky(frame).map(|state| (state.uav, state.position())));
         self.agreement.observe(frame);
         self.moment = self.measure(frame);
-        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, &self.ring, self.moment.commanded);
+        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
         self.moment.lyapunov_rises = self.lyapunov.rises();
         self.settling.observe(frame.tick, self.moment.slot_error_max_m);
         self.recovery.observe(frame.tick, self.moment.slot_error_max_m);
@@ -199,14 +193,13 @@ impl Metrics {
     }
 
     fn measure(&self, frame: &Frame) -> Moment {
-        let in_formation =
-            || frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(|uav| is_commanded(uav));
-        let neighbour_error = |state: &UavState| {
-            let next = self.ring.neighbours(state.uav)[1].filter(|next| commanded(frame, *next).is_some())?;
-            Some((state.next_distance_m? - self.ring.rest_m(state.uav, next)).abs())
+        let (in_formation, ring) = (|| frame.all_commanded(), frame.ring.living());
+        let neighbour_error = |state: &TrueState| {
+            let next = ring.neighbours(state.uav)[1].filter(|next| frame.commanded(*next).is_some())?;
+            Some((state.next_distance_m? - ring.rest_m(state.uav, next)).abs())
         };
         let radius_error =
-            |state: &UavState| Some((state.leader_distance_m? - self.ring.slot(state.uav).radius_m).abs());
+            |state: &TrueState| Some((state.leader_distance_m? - ring.slot(state.uav).radius_m).abs());
         Moment {
             tick: frame.tick,
             commanded: in_formation().count() as u32,
@@ -214,9 +207,9 @@ impl Metrics {
             slot_error_rms_m: root_mean_square(in_formation().filter_map(|state| state.slot_error_m)),
             neighbour_error_max_m: largest(in_formation().filter_map(neighbour_error)),
             radius_error_max_m: largest(in_formation().filter_map(radius_error)),
-            closest: Pairs::among(&self.sky, frame.uavs.len() as u32),
+            closest: Pairs::among(&self.sky, &frame.ring),
             clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
-            coherence: Coherence::of(frame, self.closes, self.agreement.views()),
+            coherence: Coherence::of(frame, self.agreement.views()),
             views: self.agreement.views(),
             ..Moment::default()
         }
@@ -226,24 +219,24 @@ impl Metrics {
     pub fn summary(&self) -> FlightSummary {
         let share = |part: u64| (self.commands.all > 0).then(|| part as f64 / self.commands.all as f64);
         FlightSummary {
-            settling_s: self.settling.settled_at().map(|tick| self.clock.seconds(tick)),
+            settling_s: self.settling.settled_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
             slot_error_max_m: self.moment.slot_error_max_m,
             slot_error_rms_m: self.moment.slot_error_rms_m,
             neighbour_error_max_m: self.moment.neighbour_error_max_m,
             radius_error_max_m: self.moment.radius_error_max_m,
-            closest_pair: self.closest.pair(self.clock),
-            closest_adjacent: self.closest.adjacent(self.clock),
-            closest_other: self.closest.other(self.clock),
-            obstacles: self.obstacles.iter().filter_map(|obstacle| obstacle.summary(self.clock)).collect(),
+            closest_pair: self.closest.pair(self.rate_hz),
+            closest_adjacent: self.closest.adjacent(self.rate_hz),
+            closest_other: self.closest.other(self.rate_hz),
+            obstacles: self.obstacles.iter().filter_map(|obstacle| obstacle.summary(self.rate_hz)).collect(),
             speed_saturated_share: share(self.commands.speed_saturated),
             turn_rate_saturated_share: share(self.commands.turn_rate_saturated),
             speed_min_m_s: self.envelope.map(|flown| flown.speed_min_m_s),
             speed_max_m_s: self.envelope.map(|flown| flown.speed_max_m_s),
             turn_rate_max_rad_s: self.envelope.map(|flown| flown.turn_rate_max_rad_s),
             views: self.moment.views,
-            disagreed_until_s: self.agreement.disagreed_at().map(|tick| self.clock.seconds(tick)),
+            disagreed_until_s: self.agreement.disagreed_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
             faults: self.recovery.count(),
-            recoveries: self.recovery.recoveries(self.clock),
+            recoveries: self.recovery.recoveries(self.rate_hz),
             ticks: self.ticks,
             ticks_lost: self.lost,
             last_tick: self.last_tick(),
@@ -254,7 +247,7 @@ impl Metrics {
 }
 
 impl Commands {
-    fn observe(&mut self, control: &UavControl) {
+    fn observe(&mut self, control: &ControlTerms) {
         self.all += 1;
         self.speed_saturated += u64::from(control.speed_saturated);
         self.turn_rate_saturated += u64::from(control.turn_rate_saturated);
@@ -262,7 +255,7 @@ impl Commands {
 }
 
 impl Envelope {
-    fn of(state: &UavState) -> Self {
+    fn of(state: &TrueState) -> Self {
         Self {
             speed_min_m_s: state.speed_m_s,
             speed_max_m_s: state.speed_m_s,
@@ -270,33 +263,20 @@ impl Envelope {
         }
     }
 
-    fn widen(&mut self, state: &UavState) {
+    fn widen(&mut self, state: &TrueState) {
         self.speed_min_m_s = self.speed_min_m_s.min(state.speed_m_s);
         self.speed_max_m_s = self.speed_max_m_s.max(state.speed_m_s);
         self.turn_rate_max_rad_s = self.turn_rate_max_rad_s.max(state.turn_rate_rad_s.abs());
     }
 }
 
-/// UAV `number`, if it flies on command.
-fn commanded(frame: &Frame, number: u32) -> Option<&UavState> {
-    frame.uavs.get(number as usize - 1)?.state.as_ref().filter(|state| is_commanded(state))
-}
-
-fn is_commanded(state: &UavState) -> bool {
-    state.mode == FlightMode::COMMANDED.name()
-}
-
 /// Airframes that can come close to something; one whose numbers are none is nowhere.
-fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &UavState> {
-    let is_somewhere = |state: &&UavState| {
+fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &TrueState> {
+    let is_somewhere = |state: &&TrueState| {
         let numbers = [state.x_m, state.y_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s];
-        state.mode != FlightMode::VANISHED.name() && numbers.iter().all(|number| number.is_finite())
+        state.mode != FlightMode::VANISHED && numbers.iter().all(|number| number.is_finite())
     };
     frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(is_somewhere)
-}
-
-fn place(state: &UavState) -> Point2<f64> {
-    Point2::new(state.x_m, state.y_m)
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -324,7 +304,7 @@ mod tests {
         metrics.summary()
     }
 
-    fn state(frame: &mut Frame, number: usize) -> &mut UavState {
+    fn state(frame: &mut Frame, number: usize) -> &mut TrueState {
         frame.uavs[number - 1].state.as_mut().unwrap()
     }
 
@@ -369,7 +349,7 @@ mod tests {
         let mut frame = at_rest(&scenario, 0);
         let (x, y) = (state(&mut frame, 2).x_m, state(&mut frame, 2).y_m);
         let stray = state(&mut frame, 1);
-        (stray.mode, stray.slot_error_m) = ("loiter".into(), Some(99.0));
+        (stray.mode, stray.slot_error_m) = (FlightMode::LOITER, Some(99.0));
         (stray.x_m, stray.y_m) = (x + 0.5, y);
         let summary = measured(&scenario, &[frame]);
         assert!(summary.slot_error_max_m.unwrap() < 1e-9);
@@ -383,7 +363,7 @@ mod tests {
         let scenario = testing::ring_of(3, 10.0);
         let mut frame = at_rest(&scenario, 0);
         frame.uavs[0].state = None;
-        state(&mut frame, 2).mode = "vanished".into();
+        state(&mut frame, 2).mode = FlightMode::VANISHED;
         let summary = measured(&scenario, &[frame]);
         assert_eq!((summary.closest_pair, summary.uavs.len()), (None, 1));
     }
