@@ -50,3 +50,4 @@ pub use trace::{StepRecord, TickRecord, Trace, TraceHead};
 pub use usage::Used;
 pub use wait_strategy::{Due, WaitStrategy, processes_per_core};
 pub use waker::Waker;
+pub use wire::Wire;

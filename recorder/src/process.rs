@@ -137,7 +137,8 @@ impl Desk {
             return Ok(());
         };
         self.progress = interval;
-        let error = FormationError { tick: Tick(moment.tick), slot_error_max_m, commanded: moment.commanded };
+        let (tick, commanded) = (Tick(moment.tick), moment.commanded);
+        let error = FormationError { tick, slot_error_max_m, commanded, reserved: 0 };
         Ok(ports.formation_error.send(error, Stamps::now())?)
     }
 

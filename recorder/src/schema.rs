@@ -4,8 +4,8 @@
 //! the end. `foxglove` encodes and describes them, `prost` decodes them again.
 
 use crate::clock::Clock;
-use foxglove::messages::{Log, Pose, PoseInFrame, Quaternion, Vector3, log};
-use ringwing_flight::{Account, LeaderState, Level, TickTiming};
+use foxglove::messages::{Pose, PoseInFrame, Quaternion, Vector3};
+use ringwing_flight::{Account, LeaderState, TickTiming};
 
 /// Where a UAV is and how it flies, every tick: `/uav/001/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -256,29 +256,16 @@ pub(crate) fn leader_pose(leader: &LeaderState, clock: Clock) -> PoseInFrame {
     PoseInFrame { timestamp: Some(clock.timestamp(leader.tick.0)), frame_id: "map".into(), pose: Some(pose) }
 }
 
-/// A line of `/log`: something of the kind `name` happened at `tick`.
-pub(crate) fn line(clock: Clock, tick: i64, level: Level, name: &str, text: &str) -> Log {
-    let level = match level {
-        Level::Info => log::Level::Info,
-        Level::Warning => log::Level::Warning,
-        Level::Error => log::Level::Error,
-    };
-    Log {
-        timestamp: Some(clock.timestamp(tick)),
-        level: level.into(),
-        message: text.into(),
-        name: name.into(),
-        ..Log::default()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
+        events::LoggedEvent,
         faults::Faults,
-        links::LinkCounts,
-        swarm::{SwarmMetrics, SwarmState},
+        show::{
+            links::LinkCounts,
+            swarm::{SwarmMetrics, SwarmState},
+        },
     };
     use foxglove::{
         Encode,
@@ -311,6 +298,7 @@ mod tests {
             outline::<LinkCounts>(),
             outline::<SwarmMetrics>(),
             outline::<SwarmState>(),
+            outline::<LoggedEvent>(),
         ]
         .join("\n");
         assert_eq!(outlines, include_str!("schema.golden").trim_end());
