@@ -4,15 +4,11 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use ringwing_bus::{
-    Gate, Publisher, Stamps,
-    channel::{self, Services},
-    domain::DomainOwner,
-    member::create_node,
-    report,
+    BusError, DomainOwner, Gate, MemberArgs, Publisher, Services, Stamps, create_node, report, services,
 };
 use ringwing_flight::{Command, Part, Roster, Tick, UavId, WorldReport};
 use ringwing_scenario::{Scenario, start};
-use ringwing_world::{Airspace, Args, MeasureArgs, WorldError, run};
+use ringwing_world::{Airspace, Args, MeasureArgs, run};
 use std::{
     thread,
     time::{Duration, Instant},
@@ -27,7 +23,7 @@ struct Everybody {
     rosters: Publisher<Roster>,
     roster: Roster,
     gate: Gate,
-    world: Option<thread::JoinHandle<Result<(), WorldError>>>,
+    world: Option<thread::JoinHandle<Result<(), BusError>>>,
     _services: Services,
     owner: DomainOwner,
 }
@@ -39,23 +35,22 @@ impl Everybody {
         let scenario = Scenario::resolved(&text).unwrap();
         let (owner, gate) = DomainOwner::create(&text).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
-        let services = Services::create(&node, UAVS, false, false).unwrap();
+        let held = Services::create(&node, &scenario).unwrap();
         let args = Args {
-            domain: owner.domain().id().clone(),
-            launcher: None,
+            member: MemberArgs { domain: owner.domain().id().clone(), launcher: None },
             measure: MeasureArgs { measure_into: None, warm_up_s: None, measure_s: None },
         };
         let mut everybody = Self {
             airspace: Airspace::new(&scenario, &start::places(&scenario).unwrap()),
-            commands: UavId::all(UAVS).map(|uav| channel::command(uav).publisher(&node).unwrap()).collect(),
-            rosters: channel::roster().publisher(&node).unwrap(),
+            commands: UavId::all(UAVS).map(|uav| services::command(uav).publisher(&node).unwrap()).collect(),
+            rosters: services::roster().publisher(&node).unwrap(),
             roster: Roster::empty(),
             gate,
             world: Some(thread::spawn(move || run(&args))),
-            _services: services,
+            _services: held,
             owner,
         };
-        wait_until("the world attends", || everybody.gate.attendant(Part::World).is_some());
+        wait_until("the world is ready", || everybody.gate.ready_process(Part::World).is_some());
         everybody.change_roster(|roster| {
             roster.set_leader(true);
             UavId::all(UAVS).for_each(|uav| roster.set(uav, true));
