@@ -3,19 +3,27 @@
 //! What every log begins with (metadata, attachments, channels in the order of their names) comes first, so that it
 //! survives whatever happens. Never writes a wall-clock time unless the timing of ticks is wanted.
 
+pub(crate) mod copy;
+pub(crate) mod gap;
+pub mod reader;
+pub mod recover;
+pub(crate) mod salvage;
+mod sink;
+
 use crate::{
     RecorderError,
     clock::Clock,
     events::{self, LoggedEvent},
     faults::Faults,
     frame::Frame,
-    layout,
-    links::LinkCounts,
-    scene,
     schema::{Timing, UavControl, UavState},
-    sink::Sink,
-    swarm::{SwarmMetrics, SwarmState},
-    view::View,
+    show::{
+        layout,
+        links::LinkCounts,
+        scene,
+        swarm::{SwarmMetrics, SwarmState},
+        view::TickView,
+    },
 };
 use foxglove::{
     Encode,
@@ -28,6 +36,7 @@ use mcap::{
 };
 use ringwing_flight::{Level, UavId};
 use ringwing_scenario::Scenario;
+use sink::Sink;
 use std::{
     borrow::Cow,
     collections::BTreeMap,
@@ -139,7 +148,7 @@ impl LogWriter {
         frame: &Frame,
         events: &[LoggedEvent],
         lines: &[Line],
-        view: &View,
+        view: &TickView,
     ) -> Result<(), RecorderError> {
         let tick = frame.tick;
         self.flush_if_due(tick)?;

@@ -6,13 +6,16 @@ use crate::{
     Metrics, RecorderError,
     events::{EventWriter, LoggedEvent},
     frame::Frame,
-    gap::{Gap, Gaps},
     judge,
-    log::{LogWriter, Opening, introduction},
+    log::{
+        LogWriter, Opening,
+        gap::{Gap, Gaps},
+        introduction,
+    },
     metrics::{FlightSummary, Moment},
     replay::Past,
+    show::view::Viewer,
     takeover,
-    view::Viewer,
 };
 use foxglove::messages::Log;
 use ringwing_flight::{Event, GapCause, Tick, TimedEvent, WorldReport};
@@ -163,7 +166,7 @@ impl Recording {
     pub(crate) fn report(&self) -> RecorderReport {
         RecorderReport {
             summary: self.metrics.summary(),
-            gaps: self.gaps.told().to_vec(),
+            gaps: self.gaps.closed().to_vec(),
             messages: self.log.as_ref().map_or(0, LogWriter::messages),
             problem: None,
         }

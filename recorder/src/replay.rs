@@ -5,12 +5,10 @@
 use crate::{
     events::LoggedEvent,
     frame::{Frame, UavFrame},
-    gap::Gaps,
-    links::LinkCounts,
-    log::{EVENTS_TOPIC, LINKS_TOPIC, LOG_TOPIC},
+    log::{EVENTS_TOPIC, LINKS_TOPIC, LOG_TOPIC, gap::Gaps},
     metrics::Metrics,
     schema::{Timing, UavControl, UavState},
-    view::Viewer,
+    show::{links::LinkCounts, view::Viewer},
 };
 use foxglove::messages::PoseInFrame;
 use nalgebra::Point2;

@@ -262,8 +262,10 @@ mod tests {
     use crate::{
         events::LoggedEvent,
         faults::Faults,
-        links::LinkCounts,
-        swarm::{SwarmMetrics, SwarmState},
+        show::{
+            links::LinkCounts,
+            swarm::{SwarmMetrics, SwarmState},
+        },
     };
     use foxglove::{
         Encode,

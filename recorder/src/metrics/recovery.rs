@@ -1,7 +1,7 @@
 //! How long the formation takes to be whole again after each fault.
 
 use super::settling::TOLERANCE_M;
-use crate::clock::Clock;
+use ringwing_flight::Tick;
 use serde::{Deserialize, Serialize};
 
 /// More faults than this are counted and not listed.
@@ -9,7 +9,7 @@ const LISTED: usize = 100;
 
 /// A fault, and how long it was felt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Recovery {
+pub struct FaultRecovery {
     /// What happened.
     pub fault: String,
     /// When.
@@ -69,11 +69,11 @@ impl RecoveryWatch {
     }
 
     /// The first of them, in order of time.
-    pub(super) fn recoveries(&self, clock: Clock) -> Vec<Recovery> {
-        let recovery = |felt: &Felt| Recovery {
+    pub(super) fn recoveries(&self, rate_hz: u32) -> Vec<FaultRecovery> {
+        let recovery = |felt: &Felt| FaultRecovery {
             fault: felt.what.clone(),
-            time_s: clock.seconds(felt.tick),
-            recovery_s: felt.whole_since.map(|tick| clock.seconds(tick - felt.tick)),
+            time_s: Tick(felt.tick).seconds(rate_hz),
+            recovery_s: felt.whole_since.map(|tick| Tick(tick - felt.tick).seconds(rate_hz)),
         };
         self.faults.iter().map(recovery).collect()
     }
@@ -92,7 +92,7 @@ mod tests {
             }
             watch.observe(tick, Some(if bad.contains(&tick) { 1.5 } else { 0.5 }));
         }
-        watch.recoveries(Clock::new(10)).into_iter().map(|recovery| recovery.recovery_s).collect()
+        watch.recoveries(10).into_iter().map(|recovery| recovery.recovery_s).collect()
     }
 
     #[test]
@@ -114,7 +114,7 @@ mod tests {
         for tick in 0..500 {
             watch.on_disturbance(tick / 2, "loss");
         }
-        assert_eq!((watch.count(), watch.recoveries(Clock::new(10)).len()), (500, LISTED));
-        assert_eq!(watch.recoveries(Clock::new(10))[0].fault, "loss; loss");
+        assert_eq!((watch.count(), watch.recoveries(10).len()), (500, LISTED));
+        assert_eq!(watch.recoveries(10)[0].fault, "loss; loss");
     }
 }
