@@ -1,7 +1,7 @@
 //! How a run went: the verdict, the table that people read and the JSON that scripts read.
 
 use crate::{FAILED, VIOLATED, launcher::Outcome};
-use ringwing_flight::{Collision, Latency, WorldReport};
+use ringwing_flight::{Collider, Collision, Latency, WorldReport};
 use ringwing_recorder::{
     links::LinkTotals,
     metrics::{ClosestPair, FlightSummary, ObstacleSummary, Recovery},
@@ -70,7 +70,7 @@ pub(crate) struct Summary {
     closest_other_m: Option<f64>,
     obstacles: Vec<ObstacleSummary>,
     collisions: Option<usize>,
-    collision_list: Option<Vec<Collision>>,
+    collision_list: Option<Vec<CollisionRow>>,
     failsafes: Option<u32>,
     refused_commands: Option<u64>,
     reused_commands: Option<u64>,
@@ -99,6 +99,30 @@ pub(crate) struct Told {
     pub(crate) command: String,
 }
 
+/// A collision as the summary lists it.
+#[derive(Debug, Clone, Serialize)]
+struct CollisionRow {
+    time_s: f64,
+    uav: u32,
+    /// `uav 4`, or the obstacle's name.
+    with: String,
+    position_m: [f64; 2],
+}
+
+fn collision_rows(collisions: &[Collision], scenario: &Scenario) -> Vec<CollisionRow> {
+    let with = |collider| match collider {
+        Collider::Uav(uav) => uav.to_string(),
+        Collider::Obstacle(index) => scenario.obstacle_name(index),
+    };
+    let row = |&Collision { time_s, uav, with: collider, position_m }: &Collision| CollisionRow {
+        time_s,
+        uav: uav.0,
+        with: with(collider),
+        position_m,
+    };
+    collisions.iter().map(row).collect()
+}
+
 impl Summary {
     /// What became of `scenario`; `command` flies it again.
     pub(crate) fn new(scenario: &Scenario, outcome: &Outcome, recorded: bool, command: String) -> Self {
@@ -117,7 +141,7 @@ impl Summary {
             failures,
             violations,
             collisions: world.map(|world| world.collisions.len()),
-            collision_list: world.map(|world| world.collisions.clone()),
+            collision_list: world.map(|world| collision_rows(&world.collisions, scenario)),
             failsafes: world.map(|world| world.failsafes),
             refused_commands: count(|world| world.refused_commands),
             reused_commands: count(|world| world.reused_commands),

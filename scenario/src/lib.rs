@@ -6,6 +6,7 @@
 //!
 //! Never knows of processes, services or clocks.
 
+mod event_text;
 mod example;
 pub mod fault;
 mod flaw;

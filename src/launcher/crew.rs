@@ -3,13 +3,12 @@
 use super::{LaunchError, Plan};
 use crate::placement::Placement;
 use ringwing_bus::{DomainId, member::is_running};
-use ringwing_flight::{Part, Roster, Tick, UavId};
-use ringwing_scenario::{Scenario, fault::schedule::Act};
+use ringwing_flight::{Event, Part, ProcessAction, Roster, Tick, UavId};
+use ringwing_scenario::Scenario;
 use ringwing_world::MeasureArgs;
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fmt,
     os::unix::process::CommandExt,
     path::PathBuf,
     process::{Command, Stdio},
@@ -18,35 +17,6 @@ use std::{
 
 /// How many times as long as a start the copy of a log may take.
 const LONGEST_COPY: u32 = 30;
-
-/// How a process ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum End {
-    /// By itself, with this status.
-    Exited(i32),
-    /// By this signal.
-    Killed(i32),
-    /// It was not our child: its end was seen, but not how.
-    Unknown,
-}
-
-impl End {
-    /// Whether it gave up with an error; a successor would meet the same.
-    pub(crate) fn is_failure(self) -> bool {
-        matches!(self, Self::Exited(status) if status != 0)
-    }
-}
-
-impl fmt::Display for End {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Exited(0) => f.write_str("has left"),
-            Self::Exited(status) => write!(f, "gave up (exit status {status})"),
-            Self::Killed(signal) => write!(f, "was killed by signal {signal}"),
-            Self::Unknown => f.write_str("has ended"),
-        }
-    }
-}
 
 /// Where a process is between its start and its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +40,7 @@ struct Station {
     adopted: bool,
     replacements: u32,
     /// It is gone, going or stopped because somebody asked for that.
-    asked: Option<Act>,
+    asked: Option<ProcessAction>,
     /// It was thawed, and not started anew since.
     thawed: bool,
 }
@@ -240,53 +210,55 @@ impl Crew {
     }
 
     /// Why `act` cannot be done to `part` now, if it cannot.
-    pub(super) fn refusal(&self, part: Part, act: Act) -> Option<&'static str> {
+    pub(super) fn refusal(&self, part: Part, act: ProcessAction) -> Option<&'static str> {
         let station = &self.stations[&part];
         match (act, station.process.is_some(), station.frozen) {
-            (Act::Start, true, _) => Some("is there already"),
-            (Act::Start, false, _) => self.by_hand.contains(&part).then_some("is started by hand"),
+            (ProcessAction::Start, true, _) => Some("is there already"),
+            (ProcessAction::Start, false, _) => self.by_hand.contains(&part).then_some("is started by hand"),
             (_, false, _) => Some("is gone already"),
-            (Act::Freeze | Act::Thaw, ..) if station.adopted => {
+            (ProcessAction::Freeze | ProcessAction::Thaw, ..) if station.adopted => {
                 Some("was started by hand, and is not seen to freeze")
             }
-            (Act::Thaw, true, false) => Some("is not frozen"),
-            (Act::Freeze, true, true) => Some("is frozen already"),
-            (Act::Stop, true, true) => Some("is frozen: thaw or kill it"),
+            (ProcessAction::Thaw, true, false) => Some("is not frozen"),
+            (ProcessAction::Freeze, true, true) => Some("is frozen already"),
+            (ProcessAction::Stop, true, true) => Some("is frozen: thaw or kill it"),
             _ => None,
         }
     }
 
     /// Does `act` to `part`; that it is done shows later.
-    pub(super) fn meet(&mut self, part: Part, act: Act) -> Result<(), LaunchError> {
+    pub(super) fn meet(&mut self, part: Part, act: ProcessAction) -> Result<(), LaunchError> {
         let signal = match act {
-            Act::Start => {
+            ProcessAction::Start => {
                 self.station(part).asked = None;
                 return self.spawn(part);
             }
-            Act::Kill { .. } => Signal::KILL,
-            Act::Stop => Signal::TERM,
-            Act::Freeze => Signal::STOP,
-            Act::Thaw => Signal::CONT,
+            ProcessAction::Kill { .. } => Signal::KILL,
+            ProcessAction::Stop => Signal::TERM,
+            ProcessAction::Freeze => Signal::STOP,
+            ProcessAction::Thaw => Signal::CONT,
         };
-        self.station(part).asked = (act != Act::Thaw).then_some(act);
-        self.station(part).thawed |= act == Act::Thaw;
+        self.station(part).asked = (act != ProcessAction::Thaw).then_some(act);
+        self.station(part).thawed |= act == ProcessAction::Thaw;
         self.send(part, signal);
         Ok(())
     }
 
     /// Whether `act` shows in `part`.
-    pub(super) fn has_met(&self, part: Part, act: Act) -> bool {
+    pub(super) fn has_met(&self, part: Part, act: ProcessAction) -> bool {
         let station = &self.stations[&part];
         match act {
-            Act::Kill { .. } | Act::Stop => station.process.is_none() || self.asked(part).is_none(),
-            Act::Freeze => station.frozen || station.process.is_none(),
-            Act::Thaw => !station.frozen,
-            Act::Start => station.state != State::Starting,
+            ProcessAction::Kill { .. } | ProcessAction::Stop => {
+                station.process.is_none() || self.asked(part).is_none()
+            }
+            ProcessAction::Freeze => station.frozen || station.process.is_none(),
+            ProcessAction::Thaw => !station.frozen,
+            ProcessAction::Start => station.state != State::Starting,
         }
     }
 
     /// What was asked to be done to `part`, and lasts.
-    pub(super) fn asked(&self, part: Part) -> Option<Act> {
+    pub(super) fn asked(&self, part: Part) -> Option<ProcessAction> {
         self.stations[&part].asked
     }
 
@@ -335,7 +307,7 @@ impl Crew {
     }
 
     /// Processes that take too long to start, or are frozen for too long where the run cannot do without them.
-    pub(super) fn overdue(&self) -> Vec<(Part, &'static str)> {
+    pub(super) fn overdue(&self) -> Vec<Event> {
         let judge = |(part, station): (&Part, &Station)| {
             let spent = station.since.elapsed();
             let is_needed = matches!(part, Part::World | Part::Leader);
@@ -343,14 +315,14 @@ impl Crew {
                 && station.process.is_some()
                 && spent > self.start_limit(*part)
             {
-                Some((*part, "was not ready in time"))
+                Some(Event::StartOverdue { part: *part })
             } else if station.frozen
                 && station.asked.is_none()
                 && station.state == State::Ready
                 && is_needed
                 && spent > self.freeze_timeout
             {
-                Some((*part, "stayed frozen for too long"))
+                Some(Event::ThawOverdue { part: *part })
             } else {
                 None
             }
@@ -389,13 +361,15 @@ impl Crew {
         let runs = |part: Part| self.stations[&part].state == State::Ready && !self.stations[&part].frozen;
         let mut roster = Roster::empty();
         roster.revision = self.roster.revision + 1;
-        roster.leader = runs(Part::Leader);
+        roster.set_leader(runs(Part::Leader));
         let recorder = &self.stations[&Part::Recorder];
         // A frozen recorder still has its buffers: the world waits for it as for one that lags, unless it was asked for.
-        roster.recorder = recorder.state == State::Ready && !(recorder.frozen && recorder.asked.is_some());
+        roster.set_recorder(recorder.state == State::Ready && !(recorder.frozen && recorder.asked.is_some()));
         let leader = &self.stations[&Part::Leader];
-        roster.hold = (!roster.leader && leader.asked.is_none()) || recorder.state == State::Starting;
-        (roster.free_before, roster.leader_thawed) = (self.free_before, leader.thawed);
+        let is_leader_due = !roster.has_leader() && leader.asked.is_none();
+        roster.set_hold(is_leader_due || recorder.state == State::Starting);
+        roster.set_leader_thawed(leader.thawed);
+        roster.free_before = self.free_before;
         for uav in UavId::all(self.uavs) {
             roster.set(uav, runs(Part::Agent(uav)));
             roster.set_thawed(uav, self.stations[&Part::Agent(uav)].thawed);

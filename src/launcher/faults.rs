@@ -5,13 +5,10 @@
 
 use super::{LaunchError, Launcher, notice::Request};
 use ringwing_bus::report;
-use ringwing_flight::{Level, Part, Roster, Tick, UavId};
+use ringwing_flight::{Event, Part, ProcessAction, Roster, Tick, TimedEvent};
 use ringwing_scenario::{
     Action, Fault, Scenario,
-    fault::{
-        Delay, Links, Trouble,
-        schedule::{Act, Announcement, Intervention, Target},
-    },
+    fault::{Delay, Links, Trouble, schedule::ScheduledAction},
 };
 use std::collections::VecDeque;
 
@@ -23,11 +20,11 @@ const READ_BY_ALL: i64 = 3;
 /// What is to be done, and what is being done.
 pub(super) struct Agenda {
     /// Who is still to be met, in order of ticks.
-    due: VecDeque<Intervention>,
+    due: VecDeque<ScheduledAction>,
     /// What was done and does not show yet.
-    under_way: Vec<Intervention>,
+    under_way: Vec<ScheduledAction>,
     /// What is to be told of links, in order of ticks; of the scenario's the recorder knows by itself.
-    announcements: VecDeque<(Announcement, Author)>,
+    announcements: VecDeque<(TimedEvent, Author)>,
     /// Every fault so far; those added while the run goes on come last.
     faults: Vec<Fault>,
     added: Vec<Fault>,
@@ -50,7 +47,7 @@ impl Agenda {
     pub(super) fn new(scenario: &Scenario) -> Self {
         let schedule = scenario.schedule();
         Self {
-            due: schedule.interventions().into(),
+            due: schedule.scheduled_actions().into(),
             under_way: Vec::new(),
             announcements: schedule.announcements().into_iter().map(|one| (one, Author::Scenario)).collect(),
             faults: scenario.faults.clone(),
@@ -69,7 +66,7 @@ impl Agenda {
 
     /// Whether something is being done to `part`.
     pub(super) fn is_meeting(&self, part: Part) -> bool {
-        self.under_way.iter().any(|one| part_of(one.target) == part)
+        self.under_way.iter().any(|one| one.part == part)
     }
 
     /// Leaves what a process left behind to its readers for some ticks more.
@@ -78,32 +75,12 @@ impl Agenda {
     }
 
     /// Takes those who are due at `now` and may be met together: the same is done to each.
-    fn take_due(&mut self, now: Tick) -> Vec<Intervention> {
-        let kind = self.due.front().map(|first| std::mem::discriminant(&first.act));
+    fn take_due(&mut self, now: Tick) -> Vec<ScheduledAction> {
+        let kind = self.due.front().map(|first| std::mem::discriminant(&first.action));
         let together =
-            |one: &&Intervention| one.tick <= now.0 && Some(std::mem::discriminant(&one.act)) == kind;
+            |one: &&ScheduledAction| one.tick <= now.0 && Some(std::mem::discriminant(&one.action)) == kind;
         let count = self.due.iter().take_while(together).count();
         self.due.drain(..count).collect()
-    }
-}
-
-fn part_of(target: Target) -> Part {
-    match target {
-        Target::World => Part::World,
-        Target::Leader => Part::Leader,
-        Target::Recorder => Part::Recorder,
-        Target::Uav(uav) => Part::Agent(UavId(uav)),
-    }
-}
-
-/// The kind of event that tells of an act, and its verb.
-fn wording(act: Act) -> (&'static str, &'static str) {
-    match act {
-        Act::Kill { .. } => ("fault.kill", "is killed"),
-        Act::Stop => ("fault.stop", "is stopped"),
-        Act::Freeze => ("fault.freeze", "is frozen"),
-        Act::Thaw => ("fault.thaw", "is thawed"),
-        Act::Start => ("fault.start", "is started"),
     }
 }
 
@@ -152,31 +129,31 @@ impl Launcher<'_> {
     /// Tells of what was done and shows by now; false while something does not.
     fn finish_batch(&mut self, now: Tick) -> Result<bool, LaunchError> {
         let crew = &self.crew;
-        if !self.agenda.under_way.iter().all(|one| crew.has_met(part_of(one.target), one.act)) {
+        if !self.agenda.under_way.iter().all(|one| crew.has_met(one.part, one.action)) {
             return Ok(false);
         }
-        for Intervention { target, act, sentence, .. } in std::mem::take(&mut self.agenda.under_way) {
-            let (name, verb) = wording(act);
-            let level = if matches!(act, Act::Thaw | Act::Start) { Level::Info } else { Level::Warning };
-            self.event_at(now, level, name, &format!("{} {verb}: {sentence}", part_of(target)))?;
+        for ScheduledAction { part, action, sentence, .. } in std::mem::take(&mut self.agenda.under_way) {
+            self.log_event_at(now, Event::ProcessFault { part, action, sentence })?;
         }
         Ok(true)
     }
 
-    fn meet(&mut self, one: Intervention, now: Tick) -> Result<(), LaunchError> {
-        let part = part_of(one.target);
-        let Some(why) = self.crew.refusal(part, one.act) else {
-            self.crew.meet(part, one.act)?;
+    fn meet(&mut self, one: ScheduledAction, now: Tick) -> Result<(), LaunchError> {
+        let part = one.part;
+        let Some(why) = self.crew.refusal(part, one.action) else {
+            self.crew.meet(part, one.action)?;
             self.agenda.under_way.push(one);
             return Ok(());
         };
-        let text = format!("{part} {why}: {}", one.sentence);
         for (_, fault, refused) in &mut self.agenda.asking {
             if fault.action.to_string() == one.sentence {
                 refused.push(format!("{part} {why}"));
             }
         }
-        self.event_at(now, Level::Warning, "fault.refused", &text)
+        self.log_event_at(
+            now,
+            Event::FaultRefused { part: Some(part), why: why.into(), sentence: one.sentence },
+        )
     }
 
     /// Everything is done that is to be before `now`: answers those who asked, and lets the world go on.
@@ -204,13 +181,13 @@ impl Launcher<'_> {
     }
 
     /// A process is gone because somebody asked for that.
-    pub(super) fn note_asked_end(&mut self, part: Part, act: Act) -> Result<(), LaunchError> {
+    pub(super) fn note_asked_end(&mut self, part: Part, act: ProcessAction) -> Result<(), LaunchError> {
         match (part, act) {
             (Part::World, _) => {
                 self.failures.push("the world was ended as asked: the flight did not come to its end".into());
             }
             // Without a log, nothing would be known of the flight.
-            (Part::Recorder, Act::Kill { returns: false } | Act::Stop) => {
+            (Part::Recorder, ProcessAction::Kill { returns: false } | ProcessAction::Stop) => {
                 self.crew.forget_asked(part);
                 self.crew.respawn(part)?;
             }
@@ -229,21 +206,11 @@ impl Launcher<'_> {
 
     fn tell_announcements(&mut self) -> Result<(), LaunchError> {
         let Some(now) = self.gate.tick() else { return Ok(()) };
-        while self.agenda.announcements.front().is_some_and(|(first, _)| first.tick <= now.0) {
-            let Some((Announcement { tick, name, text }, author)) = self.agenda.announcements.pop_front()
-            else {
-                break;
-            };
+        while self.agenda.announcements.front().is_some_and(|(first, _)| first.tick <= now) {
+            let Some((announced, author)) = self.agenda.announcements.pop_front() else { break };
             match author {
-                Author::Scenario => {
-                    self.progress.tell(&ringwing_flight::Event::new(
-                        Tick(tick),
-                        Level::Info,
-                        name,
-                        &format!("{name}: {text}"),
-                    ));
-                }
-                Author::Request => self.event_at(Tick(tick), Level::Info, name, &text)?,
+                Author::Scenario => self.progress.log_event(&announced),
+                Author::Request => self.log_event_at(announced.tick, announced.event)?,
             }
         }
         Ok(())
@@ -276,12 +243,9 @@ impl Launcher<'_> {
         }
         for one in &self.agenda.due {
             let time_s = Tick(one.tick).seconds(schedule.rate_hz);
-            lines.push(format!(
-                "at {time_s:.2} s: {} {}: {}",
-                part_of(one.target),
-                wording(one.act).1,
-                one.sentence
-            ));
+            let (part, action, sentence) = (one.part, one.action, one.sentence.clone());
+            let text = self.plan.scenario.event_text(&Event::ProcessFault { part, action, sentence });
+            lines.push(format!("at {time_s:.2} s: {text}"));
         }
         if lines.is_empty() { "none".into() } else { lines.join("\n") }
     }
@@ -292,8 +256,9 @@ impl Launcher<'_> {
             match self.understand(&request.text) {
                 Ok(action) => self.add(request, action, now)?,
                 Err(why) => {
-                    self.event_at(now, Level::Warning, "fault.refused", &format!("{why}: {}", request.text))?;
+                    let sentence = request.text.clone();
                     request.answer(&format!("refused: {why}"));
+                    self.log_event_at(now, Event::FaultRefused { part: None, why, sentence })?;
                 }
             }
         }
@@ -326,7 +291,7 @@ impl Launcher<'_> {
         let rate_hz = self.plan.scenario.time.rate_hz;
         let ahead = if self.is_real_time() { (NOTICE_S * f64::from(rate_hz)).ceil() as i64 + 1 } else { 0 };
         let fault = Fault { at_s: Tick(now.0 + ahead).seconds(rate_hz), action };
-        self.event_at(now, Level::Info, "fault.requested", &fault.to_string())?;
+        self.log_event_at(now, Event::FaultRequested { sentence: fault.to_string() })?;
         self.agenda.faults.push(fault.clone());
         self.agenda.added.push(fault.clone());
         self.domain.leave_report(report::FAULTS, &self.agenda.added)?;
@@ -346,10 +311,10 @@ impl Launcher<'_> {
                 schedule
                     .announcements()
                     .into_iter()
-                    .filter(|one| one.tick == tick && one.name == "fault.healed"),
+                    .filter(|one| one.tick.0 == tick && matches!(one.event, Event::FaultHealed { .. })),
             );
         }
-        self.agenda.due.extend(one.interventions());
+        self.agenda.due.extend(one.scheduled_actions());
         self.agenda.due.make_contiguous().sort_by_key(|one| one.tick);
         self.agenda.announcements.extend(told.into_iter().map(|one| (one, Author::Request)));
         self.agenda.announcements.make_contiguous().sort_by_key(|(one, _)| one.tick);

@@ -9,7 +9,7 @@ mod notice;
 mod progress;
 
 use crate::placement::Placement;
-use crew::{Crew, End, State};
+use crew::{Crew, State};
 use faults::Agenda;
 use janitor::Janitor;
 use notice::{Change, Desk, Notice};
@@ -18,9 +18,12 @@ use ringwing_bus::{
     BusError, Domain, Gate, Publisher, Stamps, Subscriber, channel, domain::DomainOwner, member::create_node,
     report,
 };
-use ringwing_flight::{Event, FormationError, Level, Part, Roster, Tick, WorldReport};
+use ringwing_flight::{
+    AfterLoss, Event, EventMessage, FormationError, Part, ProcessAction, ProcessEnd, Roster, Tick,
+    TimedEvent, WorldReport,
+};
 use ringwing_recorder::RecorderReport;
-use ringwing_scenario::{Scenario, Wake, fault::schedule::Act};
+use ringwing_scenario::{Scenario, Wake};
 use ringwing_world::MeasureArgs;
 use std::{
     collections::BTreeSet,
@@ -164,8 +167,8 @@ fn make_folder(plan: &Plan, domain: &Domain, resolved: &str) -> Result<PathBuf, 
 /// The launcher's own ends of the services.
 struct Wires {
     roster: Publisher<Roster>,
-    events: Publisher<Event>,
-    world_events: Subscriber<Event>,
+    events: Publisher<EventMessage>,
+    world_events: Subscriber<EventMessage>,
     formation_error: Subscriber<FormationError>,
 }
 
@@ -269,7 +272,7 @@ impl Launcher<'_> {
             }
             self.look(LOOK_AGAIN_AT_START)?;
         }
-        self.hear_events()
+        self.take_events()
     }
 
     fn is_over(&self) -> bool {
@@ -286,7 +289,7 @@ impl Launcher<'_> {
         }
         self.note_attendance()?;
         self.note_timeouts()?;
-        self.hear_events()
+        self.take_events()
     }
 
     fn interrupt(&mut self) -> Result<(), LaunchError> {
@@ -297,7 +300,7 @@ impl Launcher<'_> {
         }
         self.interrupted = true;
         self.gate.request_stop();
-        self.event(Level::Warning, "run.interrupted", "interrupted; ending the flight (once more: at once)")?;
+        self.log_event(Event::RunInterrupted)?;
         if !self.crew.is_flying() {
             self.failures.push("interrupted before the flight began".into());
         }
@@ -311,23 +314,26 @@ impl Launcher<'_> {
             Change::Frozen => {
                 self.crew.set_frozen(part, true);
                 if self.crew.asked(part).is_none() {
-                    self.event(Level::Warning, "process.frozen", &format!("{part} is frozen (SIGSTOP)"))?;
+                    self.log_event(Event::ProcessFrozen { part })?;
                 }
                 self.publish_roster()
             }
             Change::Thawed => {
                 self.crew.set_frozen(part, false);
                 if !self.agenda.is_meeting(part) {
-                    self.event(Level::Info, "process.thawed", &format!("{part} goes on (SIGCONT)"))?;
+                    self.log_event(Event::ProcessThawed { part })?;
                 }
                 self.publish_roster()
             }
         }
     }
 
-    fn note_end(&mut self, part: Part, end: End) -> Result<(), LaunchError> {
+    fn note_end(&mut self, part: Part, end: ProcessEnd) -> Result<(), LaunchError> {
         self.gate.set_attendant(part, None);
-        let asked = self.crew.asked(part).filter(|act| matches!(act, Act::Kill { .. } | Act::Stop));
+        let asked = self
+            .crew
+            .asked(part)
+            .filter(|act| matches!(act, ProcessAction::Kill { .. } | ProcessAction::Stop));
         if asked.is_some() {
             self.agenda.clean_later(self.gate.tick());
         } else {
@@ -348,17 +354,16 @@ impl Launcher<'_> {
             }
             Part::Leader | Part::Recorder => return self.replace(part, end),
             Part::Agent(_) => {
-                let when = if was_ready { "" } else { " before the flight" };
-                let text = format!("{part} {end}{when}; its airframe goes into its failsafe");
-                self.event(Level::Error, "process.lost", &text)?;
+                let then = AfterLoss::Failsafe { before_flight: !was_ready };
+                self.log_event(Event::ProcessLost { part, end, then })?;
             }
         }
         self.publish_roster()
     }
 
     /// A process that ends after the flight does so as planned, unless it says otherwise.
-    fn note_late_end(&mut self, part: Part, end: End) {
-        if part == Part::Recorder && !matches!(end, End::Exited(0) | End::Unknown) {
+    fn note_late_end(&mut self, part: Part, end: ProcessEnd) {
+        if part == Part::Recorder && !matches!(end, ProcessEnd::Exited(0) | ProcessEnd::Unknown) {
             self.fail_later(format!("the recorder {end} while it closed the log: the log is incomplete"));
         }
     }
@@ -370,13 +375,13 @@ impl Launcher<'_> {
     }
 
     /// Puts a new process in the place of a lost one; in lockstep no time passes meanwhile.
-    fn replace(&mut self, part: Part, end: End) -> Result<(), LaunchError> {
+    fn replace(&mut self, part: Part, end: ProcessEnd) -> Result<(), LaunchError> {
         let limit = self.plan.scenario.supervision.replacements;
         if self.crew.replacements(part) >= limit {
             self.failures.push(format!("the {part} {end}, after {limit} replacements"));
             return Ok(());
         }
-        self.event(Level::Error, "process.lost", &format!("the {part} {end}; a new one takes over"))?;
+        self.log_event(Event::ProcessLost { part, end, then: AfterLoss::Replaced })?;
         self.crew.respawn(part)?;
         self.publish_roster()
     }
@@ -391,7 +396,7 @@ impl Launcher<'_> {
                 self.desk.watch(pid)?;
             }
             if self.crew.is_flying() && !self.agenda.is_meeting(*part) {
-                self.event(Level::Info, "process.ready", &format!("{part} is ready"))?;
+                self.log_event(Event::ProcessReady { part: *part })?;
             }
         }
         if !ready.is_empty() && self.crew.is_flying() { self.publish_roster() } else { Ok(()) }
@@ -399,9 +404,11 @@ impl Launcher<'_> {
 
     /// Ends processes that take too long to start, or stay frozen where nobody can do without them.
     fn note_timeouts(&mut self) -> Result<(), LaunchError> {
-        for (part, what) in self.crew.overdue() {
-            self.event(Level::Error, "process.overdue", &format!("{part} {what}; killed"))?;
-            self.crew.kill(part);
+        for event in self.crew.overdue() {
+            if let Event::StartOverdue { part } | Event::ThawOverdue { part } = event {
+                self.crew.kill(part);
+            }
+            self.log_event(event)?;
         }
         Ok(())
     }
@@ -417,19 +424,24 @@ impl Launcher<'_> {
         Ok(())
     }
 
-    fn event(&mut self, level: Level, name: &str, text: &str) -> Result<(), LaunchError> {
-        self.event_at(self.gate.tick().unwrap_or(Tick(0)), level, name, text)
+    fn log_event(&mut self, event: Event) -> Result<(), LaunchError> {
+        self.log_event_at(self.gate.tick().unwrap_or(Tick(0)), event)
     }
 
-    fn event_at(&mut self, tick: Tick, level: Level, name: &str, text: &str) -> Result<(), LaunchError> {
-        let event = Event::new(tick, level, name, text);
-        self.progress.tell(&event);
-        Ok(self.wires.events.send(event, Stamps::now())?)
+    fn log_event_at(&mut self, tick: Tick, event: Event) -> Result<(), LaunchError> {
+        let event = TimedEvent { tick, event };
+        self.progress.log_event(&event);
+        Ok(self.wires.events.send(EventMessage::new(&event), Stamps::now())?)
     }
 
-    fn hear_events(&mut self) -> Result<(), LaunchError> {
+    fn take_events(&mut self) -> Result<(), LaunchError> {
         let progress = &mut self.progress;
-        self.wires.world_events.drain(|event, _| progress.tell(event))?;
+        self.wires.world_events.drain(|message, _| {
+            // The world is the same build: what cannot be read is damaged, and only the progress line misses it.
+            if let Some(event) = message.event() {
+                progress.log_event(&event);
+            }
+        })?;
         self.wires.formation_error.drain(|error, _| progress.note(error))?;
         Ok(())
     }

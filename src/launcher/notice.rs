@@ -1,7 +1,8 @@
 //! News for the launcher: what its processes do, and what its user wants.
 
-use super::{LaunchError, crew::End};
+use super::LaunchError;
 use ringwing_bus::Gate;
+use ringwing_flight::ProcessEnd;
 use rustix::{
     event::{PollFd, PollFlags, poll},
     io::Errno,
@@ -64,7 +65,7 @@ const LOOK_AGAIN: Duration = Duration::from_millis(50);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Change {
     /// It is no more.
-    Ended(End),
+    Ended(ProcessEnd),
     /// It is stopped by a signal.
     Frozen,
     /// It goes on.
@@ -139,7 +140,7 @@ impl Desk {
                 while poll(&mut [PollFd::new(&process, PollFlags::IN)], None) == Err(Errno::INTR) {}
             }
             // A launcher that no longer listens needs no news.
-            let _ = desk.send(Notice::Process { pid, change: Change::Ended(End::Unknown) });
+            let _ = desk.send(Notice::Process { pid, change: Change::Ended(ProcessEnd::Unknown) });
         })
     }
 }
@@ -173,8 +174,8 @@ fn reap(desk: &Sender<Notice>) {
 
 fn change_of(status: WaitStatus) -> Change {
     match (status.exit_status(), status.terminating_signal()) {
-        (Some(code), _) => Change::Ended(End::Exited(code)),
-        (_, Some(signal)) => Change::Ended(End::Killed(signal)),
+        (Some(code), _) => Change::Ended(ProcessEnd::Exited(code)),
+        (_, Some(signal)) => Change::Ended(ProcessEnd::Killed(signal)),
         _ if status.continued() => Change::Thawed,
         _ => Change::Frozen,
     }

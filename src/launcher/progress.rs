@@ -1,7 +1,7 @@
 //! What the user sees while a run goes on, on stderr: one line that moves, and a line for each event.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_flight::{Event, FormationError, Level, Tick};
+use ringwing_flight::{FormationError, Level, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
 use std::{
     io::{self, Write},
@@ -14,6 +14,7 @@ pub(super) struct Progress {
     quiet: bool,
     rate_hz: u32,
     uavs: u32,
+    obstacle_names: Vec<String>,
     begin: Option<Instant>,
     last_tick: Tick,
     formation: Option<FormationError>,
@@ -33,6 +34,7 @@ impl Progress {
             quiet,
             rate_hz: scenario.time.rate_hz,
             uavs: scenario.formation.uavs,
+            obstacle_names: scenario.obstacles.iter().map(|obstacle| obstacle.name.clone()).collect(),
             begin: None,
             last_tick: Tick(0),
             formation: None,
@@ -49,14 +51,15 @@ impl Progress {
     }
 
     /// Prints an event.
-    pub(super) fn tell(&mut self, event: &Event) {
+    pub(super) fn log_event(&mut self, TimedEvent { tick, event }: &TimedEvent) {
         self.events += 1;
-        let level = match event.level {
+        let level = match event.level() {
             Level::Info => "info",
             Level::Warning => "warning",
             Level::Error => "error",
         };
-        self.say(&format!("{:8.2} s  {level}: {}", event.tick.seconds(self.rate_hz), event.text()));
+        let text = event.text(|index| self.obstacle_names[index as usize].clone());
+        self.say(&format!("{:8.2} s  {level}: {}", tick.seconds(self.rate_hz), text));
     }
 
     pub(super) fn note(&mut self, formation: &FormationError) {

@@ -75,7 +75,7 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     }
     for tick in reader.ticks(scenario.formation.uavs) {
         if let Some(event) = tick.events.iter().find(|event| event.event.is_by_chance()) {
-            bail!("{not}: at {} this happened by chance: {}", event.tick, text(&event.event, &scenario));
+            bail!("{not}: at {} this happened by chance: {}", event.tick, scenario.event_text(&event.event));
         }
     }
     if let Some(damage) = reader.damages().told.first() {

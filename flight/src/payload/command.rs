@@ -1,9 +1,12 @@
-//! What an agent asks of its airframe, and its account of why.
+//! An agent's answer to a tick: what it asks of its airframe, and its account of why.
 
 use crate::{Tick, UavId};
 use bytemuck::{Pod, Zeroable};
 
-/// What an agent asks of its airframe, once a tick.
+/// What an agent asks of its airframe, once a tick: its answer to the tick.
+///
+/// A running agent answers every tick. With nothing to go by it withholds the command, and the airframe takes care of
+/// itself by its own rule for a silent agent.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Command {
@@ -15,8 +18,15 @@ pub struct Command {
     pub turn_rate_rad_s: f64,
     /// The sender.
     pub uav: UavId,
-    /// Zero; keeps the layout free of padding.
-    pub reserved: u32,
+    /// 1 when the agent withholds its command because its own senses have been silent for too long, else 0.
+    pub withheld: u32,
+}
+
+impl Command {
+    /// The answer of an agent that has nothing to go by.
+    pub fn withheld(tick: Tick, uav: UavId) -> Self {
+        Self { tick, uav, withheld: 1, ..Self::zeroed() }
+    }
 }
 
 /// Age of data in ticks, or "never received".
