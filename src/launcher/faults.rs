@@ -119,7 +119,7 @@ impl Supervisor<'_> {
     /// report has to be there first.
     fn share_added_faults(&self) -> Result<(), LaunchError> {
         let added = self.faults.added();
-        self.domain.leave_report(report::FAULTS, &added)?;
+        self.domain.write_report(report::FAULTS, &added)?;
         self.gate.set_faults(added.len() as u32);
         Ok(())
     }

@@ -7,7 +7,7 @@
 
 use super::LaunchError;
 use iceoryx2::{node::Node, prelude::ipc};
-use ringwing_bus::{Domain, member::create_node};
+use ringwing_bus::{Domain, create_node};
 use ringwing_flight::Tick;
 use std::{
     sync::{

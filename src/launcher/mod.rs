@@ -20,14 +20,12 @@ use crate::placement::Placement;
 use inbox::Inbox;
 use ports::LauncherPorts;
 use ringwing_bus::{
-    BusError, Domain,
-    channel::Services,
+    BusError, Domain, Services, create_node,
     domain::{DomainOwner, remove_abandoned},
-    member::create_node,
 };
 use ringwing_flight::{Part, WorldReport};
 use ringwing_recorder::RecorderReport;
-use ringwing_scenario::{Scenario, Wake};
+use ringwing_scenario::Scenario;
 use ringwing_world::MeasureArgs;
 use std::{
     collections::BTreeSet,
@@ -124,8 +122,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let (owner, gate) = DomainOwner::create(&resolved)?;
     let folder = make_folder(plan, owner.domain(), &resolved)?;
     let node = create_node(owner.domain(), "launcher")?;
-    let Scenario { ipc, formation, .. } = &plan.scenario;
-    let _services = Services::create(&node, formation.uavs, ipc.wake == Wake::Event, ipc.payload_bytes > 0)?;
+    let _services = Services::create(&node, &plan.scenario)?;
     let ports = LauncherPorts::open(&node)?;
     Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)
 }

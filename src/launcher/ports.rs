@@ -3,7 +3,7 @@
 //! Must never open a service of the tick path.
 
 use iceoryx2::{node::Node, prelude::ipc};
-use ringwing_bus::{BusError, Publisher, Subscriber, channel};
+use ringwing_bus::{BusError, Publisher, Subscriber, services};
 use ringwing_flight::{EventMessage, FormationError, Roster};
 
 /// The launcher's ports.
@@ -22,10 +22,10 @@ impl LauncherPorts {
     /// Opens all ports; the services must exist.
     pub(super) fn open(node: &Node<ipc::Service>) -> Result<Self, BusError> {
         Ok(Self {
-            roster: channel::roster().publisher(node)?,
-            events: channel::launcher_events().publisher(node)?,
-            world_events: channel::world_events().subscriber(node, channel::RECORDER_DEPTH)?,
-            formation_error: channel::formation_error().subscriber(node, 1)?,
+            roster: services::roster().publisher(node)?,
+            events: services::launcher_events().publisher(node)?,
+            world_events: services::world_events().subscriber(node, services::RECORDER_DEPTH)?,
+            formation_error: services::formation_error().subscriber(node, 1)?,
         })
     }
 }

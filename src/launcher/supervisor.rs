@@ -14,7 +14,7 @@ use super::{
     progress::Progress,
     spawner::{Spawner, send_signal},
 };
-use ringwing_bus::{Domain, Gate, Stamps, member::is_running, report};
+use ringwing_bus::{Domain, Gate, Stamps, is_running, report};
 use ringwing_flight::{Event, EventMessage, Pace, Part, Tick, TimedEvent, WorldReport};
 use ringwing_scenario::Scenario;
 use std::{
@@ -225,7 +225,7 @@ impl<'a> Supervisor<'a> {
             ProcessChange::Stopped => self.report(part, Input::Stopped),
             ProcessChange::Continued => self.report(part, Input::Continued),
             ProcessChange::Ended(end) => {
-                self.gate.set_attendant(part, None);
+                self.gate.set_ready_process(part, None);
                 self.report(part, Input::Ended(end))
             }
         }
@@ -249,7 +249,7 @@ impl<'a> Supervisor<'a> {
     /// Looks at the gate for processes that have become ready: children, and those that the user started by hand.
     fn note_ready_processes(&mut self) -> Result<(), LaunchError> {
         for part in self.parts() {
-            let Some(pid) = self.gate.attendant(part) else { continue };
+            let Some(pid) = self.gate.ready_process(part) else { continue };
             let is_expected = match self.processes.get(part).expects() {
                 Attendant::Child(child) => child == pid,
                 Attendant::Stranger => is_running(pid),
