@@ -49,7 +49,7 @@ const ROOMS: [Room; 11] = [
     Room {
         folder: "agent",
         uses: &["bus", "flight", "scenario"],
-        with_io: &["lib.rs", "ports.rs", "process.rs"],
+        with_io: &["lib.rs", "process"],
     },
     Room { folder: "leader", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process.rs"] },
     Room {
