@@ -21,15 +21,15 @@ fn informed_pilot(scenario: &Scenario) -> (Pilot, Sensed) {
     let path = Path::new(&scenario);
     let mut pilots: Vec<Pilot> = UavId::all(6).map(|uav| Pilot::new(&scenario, uav)).collect();
     for (uav, pilot) in UavId::all(6).zip(&mut pilots) {
-        pilot.sense(&sky.senses(uav).expect("it flies"));
+        pilot.receive_sensed(&sky.senses(uav).expect("it flies"));
     }
     let states: Vec<_> =
         pilots.iter_mut().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
     let mut pilot = pilots.swap_remove(0);
-    pilot.hear_leader(&path.at(sky.now()));
+    pilot.receive_leader(&path.at(sky.now()));
     sky.step();
     for neighbour in [&states[5], &states[1]] {
-        pilot.hear(neighbour, sky.now());
+        pilot.receive_state(neighbour, sky.now());
     }
     (pilot, sky.senses(UavId(1)).expect("it flies"))
 }
@@ -38,7 +38,7 @@ fn agent_step(criterion: &mut Criterion) {
     let (mut pilot, senses) = informed_pilot(&scenario());
     criterion.bench_function("agent step: senses to decision", |bencher| {
         bencher.iter(|| {
-            pilot.sense(black_box(&senses));
+            pilot.receive_sensed(black_box(&senses));
             pilot.fly(senses.tick)
         });
     });

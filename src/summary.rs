@@ -100,7 +100,7 @@ pub(crate) struct Told {
 }
 
 /// A collision as the summary lists it.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 struct CollisionRow {
     time_s: f64,
     uav: u32,
@@ -112,7 +112,7 @@ struct CollisionRow {
 fn collision_rows(collisions: &[Collision], scenario: &Scenario) -> Vec<CollisionRow> {
     let with = |collider| match collider {
         Collider::Uav(uav) => uav.to_string(),
-        Collider::Obstacle(index) => scenario.obstacles[index as usize].name.clone(),
+        Collider::Obstacle(index) => scenario.obstacle_name(index),
     };
     let row = |&Collision { time_s, uav, with: collider, position_m }: &Collision| CollisionRow {
         time_s,

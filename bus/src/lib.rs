@@ -29,6 +29,7 @@ pub use stamp::{Stamps, monotonic_ns};
 pub use trace::{StepRecord, TickRecord, Trace, TraceHead};
 pub use usage::Used;
 pub use waker::Waker;
+pub use wire::Wire;
 
 /// What can go wrong between a process and the rest of its run.
 #[derive(Debug, thiserror::Error)]

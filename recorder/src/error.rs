@@ -2,6 +2,7 @@
 
 use mcap::McapError;
 use ringwing_bus::BusError;
+use ringwing_scenario::ScenarioError;
 use std::{
     io::{self, ErrorKind},
     path::{Path, PathBuf},
@@ -14,8 +15,8 @@ pub enum RecorderError {
     #[error(transparent)]
     Bus(#[from] BusError),
     /// The scenario in the domain is not one.
-    #[error("the scenario of this run is not readable")]
-    Scenario(#[from] toml::de::Error),
+    #[error("the scenario of this run cannot be read")]
+    Scenario(#[from] ScenarioError),
     /// The file system refused.
     #[error("log {}: cannot be {action}: {reason}; {}", path.display(), remedy(reason))]
     Log {

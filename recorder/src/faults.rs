@@ -3,8 +3,7 @@
 //! Never guesses at a cause: names those that are lost, frozen, in their failsafe, or have collided.
 
 use crate::frame::Frame;
-use foxglove::messages::Log as Line;
-use ringwing_flight::FlightMode;
+use ringwing_flight::{Collider, Event, FlightMode, Part, ProcessAction, UavId};
 use std::collections::BTreeSet;
 
 /// Everything that is wrong, on change and each second: `/faults`.
@@ -48,30 +47,16 @@ pub struct Faults {
     pub asked_sentences: Vec<String>,
 }
 
-/// Whether `line` tells of something that goes wrong, and may be felt by the formation.
-pub(crate) fn is_fault(line: &Line) -> bool {
-    let kinds = ["kill", "stop", "freeze", "thaw", "start", "link", "slow"];
-    let asked = line.name.strip_prefix("fault.").is_some_and(|kind| kinds.contains(&kind));
-    asked || matches!(line.name.as_str(), "process.lost" | "process.frozen")
-}
-
-/// Who is wrong in one way.
-type Names = BTreeSet<Name>;
-
-/// Who it is; UAVs come in the order of their numbers, other processes before them.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Name {
-    Process(String),
-    Uav(u32),
-}
+/// The processes, or the UAVs by their agents, that are wrong in one way. UAVs come last, in the order of their numbers.
+type Parts = BTreeSet<Part>;
 
 /// Follows what goes wrong and what comes right again.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct FaultWatch {
-    lost: Names,
-    frozen: Names,
-    failsafe: Names,
-    collided: Names,
+    lost: Parts,
+    frozen: Parts,
+    failsafe: Parts,
+    collided: Parts,
     /// What is wrong with links and slow processes because somebody asked for it.
     asked: BTreeSet<String>,
     /// Who was ever in the sky, UAV 1 first.
@@ -92,34 +77,36 @@ pub(crate) enum Condition {
 }
 
 impl FaultWatch {
-    /// Takes what was told.
-    pub(crate) fn hear(&mut self, line: &Line) {
-        match line.name.as_str() {
-            "process.lost" | "fault.kill" | "fault.stop" => {
-                let name = Name::first_in(&line.message);
-                self.frozen.remove(&name);
-                self.lost.insert(name);
+    /// Takes an event.
+    pub(crate) fn on_event(&mut self, event: &Event) {
+        use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
+        match event {
+            Event::ProcessLost { part, .. }
+            | Event::ProcessFault { part, action: Kill { .. } | Stop, .. } => {
+                self.frozen.remove(part);
+                self.lost.insert(*part);
             }
-            "process.ready" | "fault.start" => {
-                let name = Name::first_in(&line.message);
-                self.frozen.remove(&name);
-                self.lost.remove(&name);
+            Event::ProcessReady { part } | Event::ProcessFault { part, action: Start, .. } => {
+                self.frozen.remove(part);
+                self.lost.remove(part);
             }
-            "process.frozen" | "fault.freeze" => {
-                self.frozen.insert(Name::first_in(&line.message));
+            Event::ProcessFrozen { part } | Event::ProcessFault { part, action: Freeze, .. } => {
+                self.frozen.insert(*part);
             }
-            "process.thawed" | "fault.thaw" => {
-                self.frozen.remove(&Name::first_in(&line.message));
+            Event::ProcessThawed { part } | Event::ProcessFault { part, action: Thaw, .. } => {
+                self.frozen.remove(part);
             }
-            "fault.link" | "fault.slow" => {
-                self.asked.insert(line.message.clone());
+            Event::LinkFault { sentence } | Event::SlowFault { sentence } => {
+                self.asked.insert(sentence.clone());
             }
-            "fault.healed" => {
-                self.asked.remove(&line.message);
+            Event::FaultHealed { sentence } => {
+                self.asked.remove(sentence);
             }
-            "collision" => {
-                let who = line.message.split(" at (").next().unwrap_or_default().split(" and ");
-                self.collided.extend(who.map(Name::first_in).filter(|name| matches!(name, Name::Uav(_))));
+            Event::Collision { uav, with, .. } => {
+                self.collided.insert(Part::Agent(*uav));
+                if let Collider::Uav(other) = with {
+                    self.collided.insert(Part::Agent(*other));
+                }
             }
             _ => {}
         }
@@ -131,25 +118,26 @@ impl FaultWatch {
             return;
         }
         self.seen.resize(frame.uavs.len(), false);
-        for (uav, (seen, now)) in (1..).zip(self.seen.iter_mut().zip(&frame.uavs)) {
+        for (number, (seen, now)) in (1..).zip(self.seen.iter_mut().zip(&frame.uavs)) {
+            let agent = Part::Agent(UavId(number));
             let is_commanded = now.state.as_ref().map(|state| state.mode == FlightMode::COMMANDED.name());
             *seen |= is_commanded.is_some();
             if is_commanded.unwrap_or(!*seen) {
-                self.failsafe.remove(&Name::Uav(uav));
+                self.failsafe.remove(&agent);
             } else {
-                self.failsafe.insert(Name::Uav(uav));
+                self.failsafe.insert(agent);
             }
         }
     }
 
     /// How UAV number `uav` is doing; the worst counts.
     pub(crate) fn condition(&self, uav: u32) -> Condition {
-        let name = Name::Uav(uav);
-        if self.collided.contains(&name) {
+        let agent = Part::Agent(UavId(uav));
+        if self.collided.contains(&agent) {
             Condition::Collided
-        } else if self.failsafe.contains(&name) {
+        } else if self.failsafe.contains(&agent) {
             Condition::Failsafe
-        } else if self.lost.contains(&name) || self.frozen.contains(&name) {
+        } else if self.lost.contains(&agent) || self.frozen.contains(&agent) {
             Condition::Lost
         } else {
             Condition::Sound
@@ -189,70 +177,80 @@ impl FaultWatch {
     }
 }
 
-fn texts(names: &Names) -> Vec<String> {
-    names.iter().map(Name::text).collect()
-}
-
-impl Name {
-    /// Who a line begins with: `uav 3 was killed ...`, `the leader exited ...`.
-    fn first_in(text: &str) -> Self {
-        let text = text.strip_prefix("the ").unwrap_or(text);
-        let mut words = text.split_whitespace();
-        let first = words.next().unwrap_or_default();
-        match words.next().and_then(|number| number.parse().ok()) {
-            Some(number) if first == "uav" => Self::Uav(number),
-            _ => Self::Process(first.into()),
-        }
-    }
-
-    fn text(&self) -> String {
-        match self {
-            Self::Process(name) => name.clone(),
-            Self::Uav(number) => format!("uav {number}"),
-        }
-    }
+fn texts(parts: &Parts) -> Vec<String> {
+    parts.iter().map(Part::to_string).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing;
+    use crate::{events::EventWriter, testing};
+    use ringwing_flight::{AfterLoss, ProcessEnd, Tick, TimedEvent};
+    use ringwing_scenario::Obstacle;
 
-    fn hear(watch: &mut FaultWatch, name: &str, message: &str) {
-        watch.hear(&Line { name: name.into(), message: message.into(), ..Line::default() });
+    const LEADER: Part = Part::Leader;
+
+    fn agent(number: u32) -> Part {
+        Part::Agent(UavId(number))
+    }
+
+    fn fault(part: Part, action: ProcessAction) -> Event {
+        Event::ProcessFault { part, action, sentence: String::new() }
+    }
+
+    fn hit(uav: u32, with: Collider) -> Event {
+        Event::Collision { uav: UavId(uav), with, position_m: [1.0, -2.0] }
+    }
+
+    fn watch(events: &[Event]) -> FaultWatch {
+        let mut watch = FaultWatch::default();
+        events.iter().for_each(|event| watch.on_event(event));
+        watch
     }
 
     #[test]
-    fn what_goes_wrong_is_named_until_it_is_right_again() {
-        let mut watch = FaultWatch::default();
-        assert_eq!(watch.message(0).summary, "none");
-        hear(&mut watch, "process.frozen", "uav 2 is frozen (SIGSTOP)");
-        hear(&mut watch, "process.lost", "the leader was killed (SIGKILL); a new one takes over");
+    fn a_process_is_named_as_faulty_until_it_is_well_again() {
+        let (end, then) = (ProcessEnd::Killed(9), AfterLoss::Replaced);
+        let mut watch =
+            watch(&[Event::ProcessFrozen { part: agent(2) }, Event::ProcessLost { part: LEADER, end, then }]);
         assert_eq!(watch.message(3).summary, "lost: leader; frozen: uav 2");
         assert_eq!(watch.condition(2), Condition::Lost);
-        hear(&mut watch, "process.thawed", "uav 2 goes on (SIGCONT)");
-        hear(&mut watch, "process.ready", "leader is ready");
+        watch.on_event(&Event::ProcessThawed { part: agent(2) });
+        watch.on_event(&Event::ProcessReady { part: LEADER });
         assert_eq!(watch, FaultWatch::default());
+        assert_eq!(watch.message(0).summary, "none");
     }
 
     #[test]
-    fn what_somebody_asked_for_is_in_force_until_it_is_healed() {
-        let mut watch = FaultWatch::default();
-        hear(&mut watch, "fault.kill", "uav 3 is killed: kill uav 3");
-        hear(&mut watch, "fault.link", "link 2->3 hold");
+    fn a_fault_that_was_asked_for_is_in_force_until_it_is_healed() {
+        let sentence = || "link 2->3 hold".to_owned();
+        let mut watch = watch(&[
+            fault(agent(3), ProcessAction::Kill { returns: true }),
+            Event::LinkFault { sentence: sentence() },
+        ]);
         assert_eq!(watch.message(0).summary, "lost: uav 3; link 2->3 hold");
-        hear(&mut watch, "fault.healed", "link 2->3 hold");
-        hear(&mut watch, "fault.start", "uav 3 is started: restart uav 3 after 5 s");
+        watch.on_event(&Event::FaultHealed { sentence: sentence() });
+        watch.on_event(&fault(agent(3), ProcessAction::Start));
         assert_eq!(watch, FaultWatch::default());
     }
 
     #[test]
-    fn a_collision_stays_and_an_obstacle_is_no_uav() {
-        let mut watch = FaultWatch::default();
-        hear(&mut watch, "collision", "uav 10 and uav 9 at (1.0, -2.0) m");
-        hear(&mut watch, "collision", "uav 3 and Obstacle 1 at (1.0, -2.0) m");
+    fn both_uavs_of_a_collision_stay_collided() {
+        let watch = watch(&[hit(9, Collider::Uav(UavId(10))), hit(3, Collider::Obstacle(0))]);
         assert_eq!(watch.message(0).collided_names, ["uav 3", "uav 9", "uav 10"]);
         assert_eq!((watch.condition(9), watch.condition(1)), (Condition::Collided, Condition::Sound));
+    }
+
+    #[test]
+    fn an_obstacle_named_like_a_uav_does_not_mark_that_uav_as_collided() {
+        let mut scenario = testing::ring_of(3, 40.0);
+        scenario.obstacles = vec![Obstacle { name: "uav 2".into(), ..testing::obstacle([0.0, 0.0]) }];
+        let event = TimedEvent { tick: Tick(0), event: hit(1, Collider::Obstacle(0)) };
+        let message = EventWriter::new(&scenario).message(&event);
+        assert_eq!(message.text, "uav 1 and uav 2 at (1.0, -2.0) m");
+        let watch = watch(&[message.event().unwrap().event]);
+        assert_eq!(watch.message(0).collided_names, ["uav 1"]);
+        assert_eq!(watch.condition(2), Condition::Sound);
     }
 
     #[test]

@@ -11,33 +11,23 @@
 
 mod clock;
 mod error;
+pub mod events;
 pub mod faults;
 pub mod frame;
-mod gap;
-mod geo;
-mod layout;
-pub mod links;
-mod log;
+pub mod log;
 pub mod metrics;
-pub mod palette;
 mod process;
-pub mod reader;
 mod recording;
-pub mod recover;
 mod replay;
-mod salvage;
-mod scene;
 pub mod schema;
-mod sink;
-pub mod swarm;
+pub mod show;
 mod takeover;
 #[cfg(test)]
 mod testing;
 pub mod verdict;
-mod view;
 
 pub use error::RecorderError;
-pub use gap::Gap;
+pub use log::gap::Gap;
 pub use metrics::{FlightSummary, Metrics};
 pub use process::{Args, run};
 pub use recording::RecorderReport;

@@ -3,18 +3,27 @@
 //! What every log begins with (metadata, attachments, channels in the order of their names) comes first, so that it
 //! survives whatever happens. Never writes a wall-clock time unless the timing of ticks is wanted.
 
+pub(crate) mod copy;
+pub(crate) mod gap;
+pub mod reader;
+pub mod recover;
+pub(crate) mod salvage;
+mod sink;
+
 use crate::{
     RecorderError,
     clock::Clock,
+    events::{self, LoggedEvent},
     faults::Faults,
     frame::Frame,
-    layout,
-    links::LinkCounts,
-    scene,
     schema::{Timing, UavControl, UavState},
-    sink::Sink,
-    swarm::{SwarmMetrics, SwarmState},
-    view::View,
+    show::{
+        layout,
+        links::LinkCounts,
+        scene,
+        swarm::{SwarmMetrics, SwarmState},
+        view::TickView,
+    },
 };
 use foxglove::{
     Encode,
@@ -25,8 +34,9 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
-use ringwing_flight::UavId;
+use ringwing_flight::{Level, UavId};
 use ringwing_scenario::Scenario;
+use sink::Sink;
 use std::{
     borrow::Cow,
     collections::BTreeMap,
@@ -35,7 +45,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Where an [`Event`](ringwing_flight::Event) is told.
+/// The topic of events, for programs.
+pub(crate) const EVENTS_TOPIC: &str = "/events";
+/// The topic of events, as sentences for viewers.
 pub(crate) const LOG_TOPIC: &str = "/log";
 /// Where it is told what became of samples on links with faults.
 pub(crate) const LINKS_TOPIC: &str = "/links";
@@ -68,6 +80,7 @@ pub(crate) struct Opening<'a> {
 
 /// The channels, in the order of their topics.
 struct Channels {
+    events: u16,
     faults: u16,
     leader_fix: u16,
     map: u16,
@@ -92,7 +105,7 @@ struct UavChannels {
 }
 
 /// A log that is being written.
-pub(crate) struct Log {
+pub(crate) struct LogWriter {
     path: PathBuf,
     writer: Writer<NoSeek<Sink>>,
     channels: Channels,
@@ -104,7 +117,7 @@ pub(crate) struct Log {
     flushed: Instant,
 }
 
-impl Log {
+impl LogWriter {
     /// Makes a new log at `path`, in place of what may be there.
     pub(crate) fn create(path: &Path, opening: &Opening) -> Result<Self, RecorderError> {
         let file = File::create(path).map_err(RecorderError::log(path, "created"))?;
@@ -133,11 +146,13 @@ impl Log {
     pub(crate) fn write_frame(
         &mut self,
         frame: &Frame,
+        events: &[LoggedEvent],
         lines: &[Line],
-        view: &View,
+        view: &TickView,
     ) -> Result<(), RecorderError> {
         let tick = frame.tick;
         self.flush_if_due(tick)?;
+        self.write_events(tick, events)?;
         self.write_some(self.channels.faults, tick, view.faults.as_ref())?;
         self.write_some(self.channels.leader_fix, tick, view.leader_fix.as_ref())?;
         self.write_some(self.channels.map, tick, view.map.as_ref())?;
@@ -158,7 +173,12 @@ impl Log {
         self.write_uavs(frame)
     }
 
-    /// Writes what happened, at `tick` or before.
+    /// Writes events of `tick` or of ticks before.
+    pub(crate) fn write_events(&mut self, tick: i64, events: &[LoggedEvent]) -> Result<(), RecorderError> {
+        events.iter().try_for_each(|event| self.write(self.channels.events, tick, event))
+    }
+
+    /// Writes the sentences about them.
     pub(crate) fn write_lines(&mut self, tick: i64, lines: &[Line]) -> Result<(), RecorderError> {
         lines.iter().try_for_each(|line| self.write(self.channels.log, tick, line))
     }
@@ -285,6 +305,7 @@ fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSee
 fn register(writer: &mut Writer<NoSeek<Sink>>, opening: &Opening) -> McapResult<Channels> {
     let count = opening.scenario.formation.uavs;
     Ok(Channels {
+        events: channel::<LoggedEvent>(writer, EVENTS_TOPIC)?,
         faults: channel::<Faults>(writer, "/faults")?,
         leader_fix: channel::<LocationFix>(writer, "/geo/leader")?,
         map: channel::<GeoJson>(writer, "/geo/uavs")?,
@@ -335,16 +356,17 @@ fn describe(scenario: &Scenario) -> BTreeMap<String, String> {
     .into()
 }
 
-/// One sentence that says what flies.
-pub(crate) fn introduction(scenario: &Scenario) -> String {
-    format!(
+/// The first line of `/log`, which says what flies.
+pub(crate) fn introduction(scenario: &Scenario) -> Line {
+    let text = format!(
         "{} UAVs, {} law, {} Hz, {}, seed {}",
         scenario.formation.uavs,
         scenario.control.law.name(),
         scenario.time.rate_hz,
         mode_name(scenario),
         scenario.seed
-    )
+    );
+    events::line(Clock::new(scenario.time.rate_hz), 0, Level::Info, "run", &text)
 }
 
 fn mode_name(scenario: &Scenario) -> &'static str {
@@ -401,13 +423,13 @@ mod tests {
         let (_folder, path) = place();
         let scenario = ring_of(1001, 40.0);
         let opening = Opening { timing: true, ..testing::opening(&scenario) };
-        let mut log = Log::create(&path, &opening).unwrap();
+        let mut log = LogWriter::create(&path, &opening).unwrap();
         log.finish(BTreeMap::new()).unwrap();
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         let topics: Vec<_> =
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
-        assert!(topics.is_sorted() && topics.len() == 2017);
-        assert_eq!(topics[15], "/uav/0001/control");
+        assert!(topics.is_sorted() && topics.len() == 2018);
+        assert_eq!(topics[16], "/uav/0001/control");
     }
 
     #[test]
@@ -447,9 +469,10 @@ mod tests {
     #[test]
     fn a_log_that_cannot_be_made_is_named() {
         let scenario = ring_of(3, 40.0);
-        let error = Log::create(Path::new("/nowhere/run.mcap"), &testing::opening(&scenario)).err().unwrap();
+        let error =
+            LogWriter::create(Path::new("/nowhere/run.mcap"), &testing::opening(&scenario)).err().unwrap();
         assert!(error.to_string().starts_with("log /nowhere/run.mcap: cannot be created: "), "{error}");
-        let full = Log::create(Path::new("/dev/full"), &testing::opening(&scenario)).err().unwrap();
+        let full = LogWriter::create(Path::new("/dev/full"), &testing::opening(&scenario)).err().unwrap();
         assert!(full.to_string().contains("No space left on device"), "{full}");
     }
 }

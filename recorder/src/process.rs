@@ -15,7 +15,7 @@ use ringwing_bus::{
     report,
 };
 use ringwing_flight::{
-    Command, Event, FormationError, LeaderState, LinkCounts, Part, Sensed, Tick, TickTiming, UavId,
+    Account, EventMessage, FormationError, LeaderState, LinkCounts, Part, Sensed, Tick, TickTiming, UavId,
     WorldReport,
 };
 use ringwing_scenario::Scenario;
@@ -50,7 +50,7 @@ const PROGRESS_HZ: u32 = 20;
 pub fn run(args: &Args) -> Result<(), RecorderError> {
     let member = Member::join(&args.domain, Part::Recorder, args.launcher)?;
     let text = member.domain().scenario()?;
-    let scenario: Scenario = toml::from_str(&text)?;
+    let scenario = Scenario::resolved(&text)?;
     let opening = Opening { scenario: &scenario, text: &text, timing: !args.no_timing };
     // Listens first: while a log is taken over, the flight may go on.
     let ports = Ports::open(&member, &opening)?;
@@ -137,7 +137,8 @@ impl Desk {
             return Ok(());
         };
         self.progress = interval;
-        let error = FormationError { tick: Tick(moment.tick), slot_error_max_m, commanded: moment.commanded };
+        let (tick, commanded) = (Tick(moment.tick), moment.commanded);
+        let error = FormationError { tick, slot_error_max_m, commanded, reserved: 0 };
         Ok(ports.formation_error.send(error, Stamps::now())?)
     }
 
@@ -150,11 +151,11 @@ impl Desk {
 /// What the recorder listens to, and the one thing it says.
 struct Ports {
     sensed: Vec<(UavId, Subscriber<Sensed>)>,
-    commands: Vec<(UavId, Subscriber<Command>)>,
+    accounts: Vec<(UavId, Subscriber<Account>)>,
     leader: Subscriber<LeaderState>,
     links: Subscriber<LinkCounts>,
     timing: Option<Subscriber<TickTiming>>,
-    events: [Subscriber<Event>; 2],
+    events: [Subscriber<EventMessage>; 2],
     formation_error: Publisher<FormationError>,
 }
 
@@ -162,11 +163,11 @@ impl Ports {
     fn open(member: &Member, opening: &Opening) -> Result<Self, RecorderError> {
         let (node, count) = (member.node(), opening.scenario.formation.uavs);
         let sensed = |uav| Ok((uav, channel::sensed(uav).subscriber(node, RECORDER_DEPTH)?));
-        let command = |uav| Ok((uav, channel::command(uav).subscriber(node, RECORDER_DEPTH)?));
+        let account = |uav| Ok((uav, channel::account(uav).subscriber(node, RECORDER_DEPTH)?));
         let timing = || channel::timing().subscriber(node, RECORDER_DEPTH);
         Ok(Self {
             sensed: UavId::all(count).map(sensed).collect::<Result<_, RecorderError>>()?,
-            commands: UavId::all(count).map(command).collect::<Result<_, RecorderError>>()?,
+            accounts: UavId::all(count).map(account).collect::<Result<_, RecorderError>>()?,
             leader: channel::leader(count).subscriber(node, RECORDER_DEPTH)?,
             links: channel::links(count).subscriber(node, RECORDER_DEPTH)?,
             timing: opening.timing.then(timing).transpose()?,
@@ -182,8 +183,8 @@ impl Ports {
         for (uav, port) in &self.sensed {
             port.drain(|sensed, _| assembly.put_sensed(*uav, sensed))?;
         }
-        for (uav, port) in &self.commands {
-            port.drain(|command, _| assembly.put_command(*uav, command))?;
+        for (uav, port) in &self.accounts {
+            port.drain(|account, _| assembly.put_account(*uav, account))?;
         }
         self.leader.drain(|leader, _| assembly.put_leader(leader))?;
         self.links.drain(|counts, _| assembly.put_link(counts))?;
@@ -191,7 +192,11 @@ impl Ports {
             port.drain(|timing, _| assembly.put_timing(timing))?;
         }
         for port in &self.events {
-            port.drain(|event, _| recording.tell(event))?;
+            port.drain(|message, _| {
+                if let Some(event) = message.event() {
+                    recording.log_event(event);
+                }
+            })?;
         }
         Ok(())
     }

@@ -4,18 +4,21 @@
 
 use crate::{
     Metrics, RecorderError,
-    clock::Clock,
+    events::{EventWriter, LoggedEvent},
     frame::Frame,
-    gap::{Gap, Gaps},
     judge,
-    log::{Log, Opening, introduction},
+    log::{
+        LogWriter, Opening,
+        gap::{Gap, Gaps},
+        introduction,
+    },
     metrics::{FlightSummary, Moment},
     replay::Past,
-    schema, takeover,
-    view::Viewer,
+    show::view::Viewer,
+    takeover,
 };
-use foxglove::messages::Log as Line;
-use ringwing_flight::{Event, Level, WorldReport};
+use foxglove::messages::Log;
+use ringwing_flight::{Event, GapCause, Tick, TimedEvent, WorldReport};
 use ringwing_scenario::Requirements;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -34,30 +37,24 @@ pub struct RecorderReport {
     pub problem: Option<String>,
 }
 
-/// Why ticks are missing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Cause {
-    CameLate,
-    Predecessor,
-    FellBehind,
-}
-
 /// A recording that is being made.
 pub(crate) struct Recording {
-    log: Option<Log>,
+    log: Option<LogWriter>,
     metrics: Metrics,
     gaps: Gaps,
     viewer: Viewer,
-    clock: Clock,
+    events: EventWriter,
     requirements: Requirements,
     timing: bool,
     /// Why the ticks before the first frame are missing, if they are.
-    first_cause: Cause,
+    first_cause: GapCause,
     began: bool,
-    /// What happened and is not in the log yet, each with its tick.
-    waiting: Vec<(i64, Line)>,
-    /// What a predecessor has told already.
-    told: Vec<Line>,
+    /// Says what flies; goes into the log before the first event.
+    introduction: Option<Log>,
+    /// Events that are not in the log yet.
+    waiting: Vec<TimedEvent>,
+    /// Events that a predecessor has logged already.
+    logged: Vec<TimedEvent>,
 }
 
 impl Recording {
@@ -70,26 +67,27 @@ impl Recording {
             Some(path) if takeover::is_needed(path) => {
                 Some(takeover::take_over(path, opening, begun, &mut past)?)
             }
-            Some(path) => Some(Log::create(path, opening)?),
+            Some(path) => Some(LogWriter::create(path, opening)?),
             None => None,
         };
-        let first_cause = if past.gaps.expected() > 0 { Cause::Predecessor } else { Cause::CameLate };
+        let first_cause =
+            if past.gaps.expected() > 0 { GapCause::LostWithPredecessor } else { GapCause::StartedLate };
         let mut recording = Self {
             log,
             metrics: past.metrics,
             gaps: past.gaps,
             viewer: past.viewer,
-            clock: Clock::new(opening.scenario.time.rate_hz),
+            events: EventWriter::new(opening.scenario),
             requirements: opening.scenario.requirements.clone(),
             timing: opening.timing,
             first_cause,
             began: false,
+            introduction: (!past.has_introduction).then(|| introduction(opening.scenario)),
             waiting: Vec::new(),
-            told: past.lines,
+            logged: past.events,
         };
-        recording.say(0, Level::Info, "run", &introduction(opening.scenario));
-        for one in opening.scenario.schedule().announcements() {
-            recording.say(one.tick, Level::Info, one.name, &one.text);
+        for event in opening.scenario.schedule().announcements() {
+            recording.log_event(event);
         }
         Ok(recording)
     }
@@ -104,48 +102,59 @@ impl Recording {
         self.began.then(|| self.metrics.moment())
     }
 
-    /// Takes an event; it is told with its tick.
-    pub(crate) fn tell(&mut self, event: &Event) {
-        self.say(event.tick.0, event.level, event.name(), event.text());
+    /// Takes an event; the log gets it with the frame of its tick, or with the next one if that has passed.
+    pub(crate) fn log_event(&mut self, event: TimedEvent) {
+        // What was sent to a predecessor may arrive once more, and every recorder announces the scenario's faults.
+        if !self.logged.contains(&event) {
+            self.waiting.push(event);
+        }
     }
 
-    fn say(&mut self, tick: i64, level: Level, name: &str, text: &str) {
-        let line = schema::line(self.clock, tick, level, name, text);
-        if !self.told.contains(&line) {
-            self.waiting.push((tick, line));
-        }
+    fn log_gap(&mut self, tick: i64, gap: Gap, cause: GapCause) {
+        let (first_tick, last_tick) = (Tick(gap.first_tick), Tick(gap.last_tick));
+        let event = Event::RecorderGap { first_tick, last_tick, cause };
+        self.log_event(TimedEvent { tick: Tick(tick), event });
     }
 
     /// Takes the next frame.
     pub(crate) fn observe(&mut self, frame: &Frame) -> Result<(), RecorderError> {
-        let cause = if self.began { Cause::FellBehind } else { self.first_cause };
+        let cause = if self.began { GapCause::FellBehind } else { self.first_cause };
         if let Some(gap) = self.gaps.pass(frame.tick, frame.torn) {
-            self.say(frame.tick, Level::Warning, "recorder.gap", &describe(gap, cause));
+            self.log_gap(frame.tick, gap, cause);
         }
         self.began |= !frame.torn;
-        let lines = self.take_lines(frame.tick);
-        for line in &lines {
-            self.metrics.hear(frame.tick, line);
+        let events = self.take_events(frame.tick);
+        for event in &events {
+            self.metrics.on_event(event);
+            self.viewer.on_event(&event.event);
         }
         self.metrics.observe(frame);
         self.metrics.set_lost(self.gaps.lost());
-        let Some(log) = &mut self.log else { return Ok(()) };
-        for line in &lines {
-            self.viewer.hear(line);
+        if self.log.is_none() {
+            return Ok(());
         }
         self.viewer.observe(frame);
+        let (messages, lines) = self.messages(&events);
         let view = self.viewer.view(frame, self.metrics.moment());
-        log.write_frame(frame, &lines, &view)
+        let Some(log) = &mut self.log else { return Ok(()) };
+        log.write_frame(frame, &messages, &lines, &view)
     }
 
-    /// What happened up to `tick`, in order of time.
-    fn take_lines(&mut self, tick: i64) -> Vec<Line> {
+    /// The events up to `tick`, in order of time.
+    fn take_events(&mut self, tick: i64) -> Vec<TimedEvent> {
         if self.waiting.is_empty() {
             return Vec::new();
         }
-        self.waiting.sort_by_key(|(tick, _)| *tick);
-        let due = self.waiting.partition_point(|(when, _)| *when <= tick);
-        self.waiting.drain(..due).map(|(_, line)| line).collect()
+        self.waiting.sort_by_key(|event| event.tick);
+        let due = self.waiting.partition_point(|event| event.tick.0 <= tick);
+        self.waiting.drain(..due).collect()
+    }
+
+    /// What the log gets of `events`, for programs and for viewers.
+    fn messages(&mut self, events: &[TimedEvent]) -> (Vec<LoggedEvent>, Vec<Log>) {
+        let lines = events.iter().map(|event| self.events.line(event));
+        let lines = self.introduction.take().into_iter().chain(lines).collect();
+        (events.iter().map(|event| self.events.message(event)).collect(), lines)
     }
 
     /// Puts everything so far into the file if the last time was more than `period` of wall-clock time ago.
@@ -157,8 +166,8 @@ impl Recording {
     pub(crate) fn report(&self) -> RecorderReport {
         RecorderReport {
             summary: self.metrics.summary(),
-            gaps: self.gaps.told().to_vec(),
-            messages: self.log.as_ref().map_or(0, Log::messages),
+            gaps: self.gaps.closed().to_vec(),
+            messages: self.log.as_ref().map_or(0, LogWriter::messages),
             problem: None,
         }
     }
@@ -167,11 +176,16 @@ impl Recording {
     pub(crate) fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
         let last_tick = (self.gaps.expected() - 1).max(0);
         if let Some(gap) = self.gaps.end() {
-            self.say(last_tick, Level::Warning, "recorder.gap", &describe(gap, Cause::FellBehind));
+            self.log_gap(last_tick, gap, GapCause::FellBehind);
         }
-        let lines = self.take_lines(i64::MAX);
+        let events = self.take_events(i64::MAX);
+        for event in &events {
+            self.metrics.on_event(event);
+        }
         let result = self.result(&self.metrics.summary(), world);
+        let (messages, lines) = self.messages(&events);
         let Some(log) = &mut self.log else { return Ok(()) };
+        log.write_events(last_tick, &messages)?;
         log.write_lines(last_tick, &lines)?;
         log.finish(result)
     }
@@ -199,19 +213,6 @@ impl Recording {
     }
 }
 
-fn describe(gap: Gap, cause: Cause) -> String {
-    let Gap { first_tick, last_tick } = gap;
-    let ticks = match last_tick - first_tick {
-        0 => format!("tick {first_tick} was lost"),
-        _ => format!("ticks {first_tick} to {last_tick} were lost"),
-    };
-    match cause {
-        Cause::CameLate => format!("{ticks} before the recorder came"),
-        Cause::Predecessor => format!("{ticks} with the recorder's predecessor"),
-        Cause::FellBehind => format!("{ticks}, whole or in part: the recorder fell behind"),
-    }
-}
-
 /// Adds the numbers and texts of `value` to `map`, named by their path; what does not exist is left out.
 fn flatten(path: &str, value: &impl Serialize, map: &mut BTreeMap<String, String>) {
     let member = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
@@ -232,14 +233,17 @@ fn flatten(path: &str, value: &impl Serialize, map: &mut BTreeMap<String, String
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{self, flight, messages, place, ring_of};
+    use crate::{
+        log::EVENTS_TOPIC,
+        testing::{self, flight, messages, place, ring_of},
+    };
     use prost::Message;
-    use ringwing_flight::{Latency, Tick};
+    use ringwing_flight::Latency;
 
     fn lines(path: &Path) -> Vec<(u32, String)> {
         let seen = messages(&std::fs::read(path).unwrap());
         let told = seen.iter().filter(|message| message.topic == "/log");
-        told.map(|message| (message.tick, Line::decode(&*message.data).unwrap().message)).skip(1).collect()
+        told.map(|message| (message.tick, Log::decode(&*message.data).unwrap().message)).skip(1).collect()
     }
 
     fn world() -> WorldReport {
@@ -258,33 +262,41 @@ mod tests {
         }
     }
 
+    fn healed(tick: i64, sentence: &str) -> TimedEvent {
+        TimedEvent { tick: Tick(tick), event: Event::FaultHealed { sentence: sentence.into() } }
+    }
+
     #[test]
-    fn events_are_told_at_their_tick() {
+    fn events_are_logged_at_their_tick_for_programs_and_for_viewers() {
         let (_folder, path) = place();
         let scenario = ring_of(3, 40.0);
         let mut recording = testing::recording(&path, &scenario);
         for (tick, text) in [(5, "later"), (2, "sooner"), (30, "after the end")] {
-            recording.tell(&Event::new(Tick(tick), Level::Info, "test", text));
+            recording.log_event(healed(tick, text));
         }
         testing::observe(&mut recording, &flight(&scenario, 0..10));
         recording.finish(None).unwrap();
         assert_eq!(lines(&path), [(2, "sooner".into()), (5, "later".into()), (9, "after the end".into())]);
+        let seen = messages(&std::fs::read(path).unwrap());
+        let events = seen.iter().filter(|message| message.topic == EVENTS_TOPIC);
+        let events: Vec<_> = events.map(|message| LoggedEvent::decode(&*message.data).unwrap()).collect();
+        assert_eq!(events.iter().map(|event| event.tick).collect::<Vec<_>>(), [2, 5, 30]);
+        assert_eq!(events[0].event(), Some(healed(2, "sooner")));
     }
 
     #[test]
-    fn a_successor_does_not_tell_again_what_was_told() {
+    fn a_successor_does_not_log_an_event_again() {
         let (_folder, path) = place();
         let scenario = ring_of(3, 40.0);
-        let event = Event::new(Tick(2), Level::Error, "collision", "uav 1 met uav 2");
         let mut first = testing::recording(&path, &scenario);
-        first.tell(&event);
+        first.log_event(healed(2, "link 1->2 hold"));
         testing::observe(&mut first, &flight(&scenario, 0..51));
         std::mem::forget(first);
         let mut second = testing::recording(&path, &scenario);
-        second.tell(&event);
+        second.log_event(healed(2, "link 1->2 hold"));
         testing::observe(&mut second, &flight(&scenario, 50..60));
         second.finish(None).unwrap();
-        assert_eq!(lines(&path), [(2, "uav 1 met uav 2".into())]);
+        assert_eq!(lines(&path), [(2, "link 1->2 hold".into())]);
     }
 
     #[test]

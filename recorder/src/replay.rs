@@ -3,17 +3,17 @@
 //! Knows no file: whoever reads one, a new recorder or a tool, hands the messages in.
 
 use crate::{
+    events::LoggedEvent,
     frame::{Frame, UavFrame},
-    gap::Gaps,
-    links::LinkCounts,
-    log::{LINKS_TOPIC, LOG_TOPIC},
+    log::{EVENTS_TOPIC, LINKS_TOPIC, LOG_TOPIC, gap::Gaps},
     metrics::Metrics,
     schema::{Timing, UavControl, UavState},
-    view::Viewer,
+    show::{links::LinkCounts, view::Viewer},
 };
-use foxglove::messages::{Log as Line, PoseInFrame};
+use foxglove::messages::PoseInFrame;
 use nalgebra::Point2;
 use prost::Message;
+use ringwing_flight::TimedEvent;
 use ringwing_scenario::Scenario;
 
 /// Everything that a log tells of one tick.
@@ -23,8 +23,10 @@ pub struct Replayed {
     pub frame: Frame,
     /// Where the leader is, in ticks in which the log tells it.
     pub leader: Option<Point2<f64>>,
-    /// What happened.
-    pub lines: Vec<Line>,
+    /// The events that the log has in this tick.
+    pub events: Vec<TimedEvent>,
+    /// The log has sentences for viewers in this tick.
+    pub has_lines: bool,
     /// Messages of all topics.
     pub messages: u64,
 }
@@ -69,7 +71,8 @@ impl Replay {
     /// Puts a message where it belongs; one that is not known, or no message at all, belongs nowhere.
     fn place(&mut self, topic: &str, data: &[u8]) -> Option<()> {
         match topic {
-            LOG_TOPIC => self.tick.lines.push(Line::decode(data).ok()?),
+            EVENTS_TOPIC => self.tick.events.push(LoggedEvent::decode(data).ok()?.event()?),
+            LOG_TOPIC => self.tick.has_lines = true,
             LINKS_TOPIC => self.tick.frame.links.push(LinkCounts::decode(data).ok()?),
             "/timing" => self.tick.frame.timing = Some(Timing::decode(data).ok()?),
             "/leader/pose" => {
@@ -127,8 +130,10 @@ pub(crate) struct Past {
     pub(crate) gaps: Gaps,
     /// What viewers were shown.
     pub(crate) viewer: Viewer,
-    /// What was told.
-    pub(crate) lines: Vec<Line>,
+    /// What is in `/events`.
+    pub(crate) events: Vec<TimedEvent>,
+    /// The log says already what flies: that is the first line of `/log`.
+    pub(crate) has_introduction: bool,
     replay: Replay,
 }
 
@@ -140,7 +145,8 @@ impl Past {
             metrics: Metrics::new(scenario),
             gaps: Gaps::default(),
             viewer: Viewer::new(scenario),
-            lines: Vec::new(),
+            events: Vec::new(),
+            has_introduction: false,
             replay,
         }
     }
@@ -160,15 +166,16 @@ impl Past {
     }
 
     fn learn_tick(&mut self, tick: Replayed) {
-        for line in &tick.lines {
-            self.viewer.hear(line);
-            self.metrics.hear(tick.frame.tick, line);
+        for event in &tick.events {
+            self.viewer.on_event(&event.event);
+            self.metrics.on_event(event);
         }
         if tick.has_uavs() {
             self.gaps.pass(tick.frame.tick, false);
             self.metrics.observe(&tick.frame);
             self.viewer.observe(&tick.frame);
         }
-        self.lines.extend(tick.lines);
+        self.events.extend(tick.events);
+        self.has_introduction |= tick.has_lines;
     }
 }

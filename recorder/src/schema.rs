@@ -4,8 +4,8 @@
 //! the end. `foxglove` encodes and describes them, `prost` decodes them again.
 
 use crate::clock::Clock;
-use foxglove::messages::{Log, Pose, PoseInFrame, Quaternion, Vector3, log};
-use ringwing_flight::{Command, LeaderState, Level, TickTiming};
+use foxglove::messages::{Pose, PoseInFrame, Quaternion, Vector3};
+use ringwing_flight::{Account, LeaderState, TickTiming};
 
 /// Where a UAV is and how it flies, every tick: `/uav/001/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -182,20 +182,19 @@ pub struct Timing {
 }
 
 impl UavControl {
-    /// The record of `command`, which UAV number `uav` got at `rate_hz` ticks a second.
-    pub(crate) fn of(uav: u32, command: &Command, rate_hz: u32) -> Self {
-        let terms = &command.terms;
+    /// The record of `account`, from the agent of UAV number `uav` at `rate_hz` ticks a second.
+    pub(crate) fn of(uav: u32, account: &Account, rate_hz: u32) -> Self {
         let age_s = |ticks: u32| f64::from(ticks) / f64::from(rate_hz);
-        let [previous_x, previous_y] = terms.previous_force_m.map(single);
-        let [next_x, next_y] = terms.next_force_m.map(single);
-        let [centre_x, centre_y] = terms.centre_force_m.map(single);
-        let [slot_x, slot_y] = terms.slot_force_m.map(single);
-        let [repulsion_x, repulsion_y] = terms.repulsion_m;
+        let [previous_x, previous_y] = account.previous_force_m.map(single);
+        let [next_x, next_y] = account.next_force_m.map(single);
+        let [centre_x, centre_y] = account.centre_force_m.map(single);
+        let [slot_x, slot_y] = account.slot_force_m.map(single);
+        let [repulsion_x, repulsion_y] = account.repulsion_m;
         Self {
-            tick: command.tick.0,
+            tick: account.tick.0,
             uav,
-            speed_command_m_s: command.speed_m_s,
-            turn_rate_command_rad_s: command.turn_rate_rad_s,
+            speed_command_m_s: account.speed_m_s,
+            turn_rate_command_rad_s: account.turn_rate_rad_s,
             neighbour_force_x_m: single(previous_x + next_x),
             neighbour_force_y_m: single(previous_y + next_y),
             previous_force_x_m: previous_x,
@@ -209,16 +208,16 @@ impl UavControl {
             repulsion_x_m: repulsion_x,
             repulsion_y_m: repulsion_y,
             repulsion_m: repulsion_x.hypot(repulsion_y),
-            potential_m2: terms.potential_m2,
-            speed_saturated: terms.speed_saturated != 0,
-            turn_rate_saturated: terms.turn_rate_saturated != 0,
-            previous_age_s: terms.previous_age.ticks().map(age_s),
-            next_age_s: terms.next_age.ticks().map(age_s),
-            leader_age_s: terms.leader_age.ticks().map(age_s),
-            living: terms.living,
-            leader_silent: terms.leader_silent != 0,
-            slots_moving: terms.slots_moving != 0,
-            lost_fingerprint: terms.lost_fingerprint,
+            potential_m2: account.potential_m2,
+            speed_saturated: account.speed_saturated != 0,
+            turn_rate_saturated: account.turn_rate_saturated != 0,
+            previous_age_s: account.previous_age.ticks().map(age_s),
+            next_age_s: account.next_age.ticks().map(age_s),
+            leader_age_s: account.leader_age.ticks().map(age_s),
+            living: account.living,
+            leader_silent: account.leader_silent != 0,
+            slots_moving: account.slots_moving != 0,
+            lost_fingerprint: account.lost_fingerprint,
         }
     }
 }
@@ -257,29 +256,16 @@ pub(crate) fn leader_pose(leader: &LeaderState, clock: Clock) -> PoseInFrame {
     PoseInFrame { timestamp: Some(clock.timestamp(leader.tick.0)), frame_id: "map".into(), pose: Some(pose) }
 }
 
-/// A line of `/log`: something of the kind `name` happened at `tick`.
-pub(crate) fn line(clock: Clock, tick: i64, level: Level, name: &str, text: &str) -> Log {
-    let level = match level {
-        Level::Info => log::Level::Info,
-        Level::Warning => log::Level::Warning,
-        Level::Error => log::Level::Error,
-    };
-    Log {
-        timestamp: Some(clock.timestamp(tick)),
-        level: level.into(),
-        message: text.into(),
-        name: name.into(),
-        ..Log::default()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
+        events::LoggedEvent,
         faults::Faults,
-        links::LinkCounts,
-        swarm::{SwarmMetrics, SwarmState},
+        show::{
+            links::LinkCounts,
+            swarm::{SwarmMetrics, SwarmState},
+        },
     };
     use foxglove::{
         Encode,
@@ -312,6 +298,7 @@ mod tests {
             outline::<LinkCounts>(),
             outline::<SwarmMetrics>(),
             outline::<SwarmState>(),
+            outline::<LoggedEvent>(),
         ]
         .join("\n");
         assert_eq!(outlines, include_str!("schema.golden").trim_end());
@@ -319,8 +306,8 @@ mod tests {
 
     #[test]
     fn what_an_agent_never_heard_has_no_age() {
-        let terms = ringwing_flight::Terms { repulsion_m: [3.0, -4.0], ..ringwing_flight::Terms::NONE };
-        let control = UavControl::of(3, &crate::testing::command(7, 3, terms), 100);
+        let account = Account { repulsion_m: [3.0, -4.0], ..crate::testing::account(7, 3) };
+        let control = UavControl::of(3, &account, 100);
         assert_eq!((control.tick, control.uav, control.repulsion_m), (7, 3, 5.0));
         assert_eq!((control.previous_age_s, control.leader_age_s), (None, None));
     }

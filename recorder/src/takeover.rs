@@ -5,16 +5,14 @@
 
 use crate::{
     RecorderError,
-    log::{LAYOUT, Log, Opening, RESULT, RUN, SCENARIO},
+    log::{LAYOUT, LogWriter, Opening, RESULT, RUN, SCENARIO, copy::RecordCopier, salvage::Salvage},
     replay::Past,
-    salvage::Salvage,
 };
 use mcap::{
-    Attachment, MAGIC,
-    records::{Channel, MessageHeader, Record},
+    MAGIC,
+    records::{MessageHeader, Record},
 };
 use std::{
-    collections::BTreeMap,
     fs::File,
     io::{BufReader, Read},
     path::{Path, PathBuf},
@@ -33,14 +31,15 @@ pub(crate) fn take_over(
     opening: &Opening,
     begun: bool,
     past: &mut Past,
-) -> Result<Log, RecorderError> {
+) -> Result<LogWriter, RecorderError> {
     check_is_of_this_flight(path, opening, begun)?;
-    let mut copy = Copy::into(Log::create(&part_of(path), opening)?, past);
+    let mut takeover =
+        Takeover { log: LogWriter::create(&part_of(path), opening)?, copier: RecordCopier::default(), past };
     for record in Salvage::new(open(path)?) {
-        copy.take(record)?;
+        takeover.take(record)?;
     }
-    copy.past.end();
-    let mut log = copy.log;
+    takeover.past.end();
+    let mut log = takeover.log;
     log.flush()?;
     log.move_to(path)?;
     Ok(log)
@@ -78,59 +77,29 @@ fn check_is_of_this_flight(path: &Path, opening: &Opening, begun: bool) -> Resul
     }
 }
 
-/// A log that is being copied.
-struct Copy<'a> {
-    log: Log,
+/// A log that is being taken over.
+struct Takeover<'a> {
+    log: LogWriter,
+    copier: RecordCopier,
     past: &'a mut Past,
-    /// Schema numbers there, and here.
-    schemas: BTreeMap<u16, u16>,
-    /// Channel numbers there, and here with their topics.
-    channels: BTreeMap<u16, (u16, String)>,
 }
 
-impl<'a> Copy<'a> {
-    fn into(log: Log, past: &'a mut Past) -> Self {
-        Self { log, past, schemas: BTreeMap::new(), channels: BTreeMap::new() }
-    }
-
+impl Takeover<'_> {
     fn take(&mut self, record: Record) -> Result<(), RecorderError> {
-        match record {
-            Record::Schema { header, data } => {
-                let id =
-                    self.log.extend(|writer| writer.add_schema(&header.name, &header.encoding, &data))?;
-                self.schemas.insert(header.id, id);
-            }
-            Record::Channel(channel) => self.take_channel(channel)?,
-            Record::Message { header, data } => self.take_message(header, &data)?,
-            Record::Metadata(metadata) if ![RUN, RESULT].contains(&metadata.name.as_str()) => {
-                self.log.extend(|writer| writer.write_metadata(&metadata))?;
-            }
-            Record::Attachment { header, data, .. }
-                if ![SCENARIO, LAYOUT].contains(&header.name.as_str()) =>
-            {
-                let (log_time, create_time) = (header.log_time, header.create_time);
-                let (name, media_type) = (header.name, header.media_type);
-                let attachment = Attachment { log_time, create_time, name, media_type, data };
-                self.log.extend(|writer| writer.attach(&attachment))?;
-            }
-            _ => {}
+        match &record {
+            Record::Message { header, data } => self.take_message(*header, data),
+            // The new log has its own.
+            Record::Metadata(metadata) if [RUN, RESULT].contains(&metadata.name.as_str()) => Ok(()),
+            Record::Attachment { header, .. } if [SCENARIO, LAYOUT].contains(&header.name.as_str()) => Ok(()),
+            _ => self.log.extend(|writer| self.copier.copy(record, writer)),
         }
-        Ok(())
-    }
-
-    fn take_channel(&mut self, channel: Channel) -> Result<(), RecorderError> {
-        let Channel { id, schema_id, topic, message_encoding, metadata } = channel;
-        let schema_id = self.schemas.get(&schema_id).copied().unwrap_or(0);
-        let new_id =
-            self.log.extend(|writer| writer.add_channel(schema_id, &topic, &message_encoding, &metadata))?;
-        self.channels.insert(id, (new_id, topic));
-        Ok(())
     }
 
     fn take_message(&mut self, header: MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
-        let Some((channel_id, topic)) = self.channels.get(&header.channel_id) else { return Ok(()) };
-        self.past.learn(topic, header.sequence, data);
-        self.log.copy(&MessageHeader { channel_id: *channel_id, ..header }, data)
+        let sequence = header.sequence;
+        let Some((header, topic)) = self.copier.translate(header) else { return Ok(()) };
+        self.past.learn(topic, sequence, data);
+        self.log.copy(&header, data)
     }
 }
 
@@ -177,9 +146,11 @@ mod tests {
         record(&path, &scenario, &flight(&scenario, 480..700));
         let (taken_over, whole) = (seen(&path), undisturbed(&scenario, 0..700));
         assert_eq!(gaps(&taken_over), ["ticks 450 to 479 were lost with the recorder's predecessor"]);
-        // Scenes and faults are shown anew; trails and counts lack what was lost.
+        // Scenes and faults are shown anew; trails and counts lack what was lost; the gap is an event.
         let tells_one_moment = |message: &&Seen| {
-            !["/faults", "/scene", "/swarm/metrics"].iter().any(|topic| message.topic.starts_with(topic))
+            !["/events", "/faults", "/scene", "/swarm/metrics"]
+                .iter()
+                .any(|topic| message.topic.starts_with(topic))
         };
         let is_no_gap = |message: &&Seen| gaps(std::slice::from_ref(*message)).is_empty();
         let kept: Vec<_> = taken_over.iter().filter(tells_one_moment).filter(is_no_gap).collect();

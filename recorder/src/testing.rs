@@ -7,7 +7,7 @@ use crate::{
 };
 use nalgebra::Point2;
 use ringwing_flight::{
-    AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Terms, Tick, TickTiming, UavId,
+    Account, AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Tick, TickTiming, UavId,
 };
 use ringwing_scenario::{FormationSection, Obstacle, Scenario};
 use std::{
@@ -57,9 +57,11 @@ pub(crate) fn sensed(tick: i64, uav: u32, position_m: [f64; 2]) -> Sensed {
     }
 }
 
-/// A command that keeps it so.
-pub(crate) fn command(tick: i64, uav: u32, terms: Terms) -> Command {
-    Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), reserved: 0, terms }
+/// The account of a command that keeps it so.
+pub(crate) fn account(tick: i64, uav: u32) -> Account {
+    let command =
+        Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), withheld: 0 };
+    Account::without_leader(&command)
 }
 
 /// The leader at some place, on its way east.
@@ -80,7 +82,7 @@ pub(crate) fn hear(assembly: &mut Assembly, scenario: &Scenario, tick: i64, swin
             uav,
             &Sensed { heading_rad: (0.1 * phase).sin() * swing_m, ..sensed(tick, uav.0, place) },
         );
-        let terms = Terms {
+        let account = Account {
             slot_m: slot.into(),
             previous_force_m: [phase.sin() * swing_m, phase.cos() * swing_m],
             next_force_m: [phase.cos() * swing_m, (2.0 * phase).sin() * swing_m],
@@ -90,9 +92,9 @@ pub(crate) fn hear(assembly: &mut Assembly, scenario: &Scenario, tick: i64, swin
             previous_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
             next_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
             leader_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
-            ..Terms::NONE
+            ..account(tick, uav.0)
         };
-        assembly.put_command(uav, &command(tick, uav.0, terms));
+        assembly.put_account(uav, &account);
     }
     assembly.put_timing(&TickTiming { tick, round_trip_ns: 40_000, ..TickTiming::default() });
 }

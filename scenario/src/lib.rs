@@ -7,6 +7,7 @@
 //!
 //! Never knows processes, services or clocks: a scenario means the same in every process of a run.
 
+mod event_text;
 pub mod fault;
 mod key;
 pub mod model;

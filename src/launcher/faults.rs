@@ -243,7 +243,9 @@ impl Launcher<'_> {
         }
         for one in &self.agenda.due {
             let time_s = Tick(one.tick).seconds(schedule.rate_hz);
-            lines.push(format!("at {time_s:.2} s: {} {}: {}", one.part, one.action.done(), one.sentence));
+            let (part, action, sentence) = (one.part, one.action, one.sentence.clone());
+            let text = self.plan.scenario.event_text(&Event::ProcessFault { part, action, sentence });
+            lines.push(format!("at {time_s:.2} s: {text}"));
         }
         if lines.is_empty() { "none".into() } else { lines.join("\n") }
     }

@@ -3,8 +3,7 @@
 //! Knows nothing but the log: the same file gives the same numbers on any machine.
 
 use crate::summary::{Summary, Told};
-use foxglove::messages::Log as Event;
-use ringwing_flight::Latency;
+use ringwing_flight::{Event, Latency, TimedEvent};
 use ringwing_recorder::{
     Metrics,
     frame::UavFrame,
@@ -90,7 +89,12 @@ impl Flight {
 
     fn take(&mut self, tick: &Replayed, fold: &Fold) {
         let time_s = tick.frame.tick as f64 / f64::from(self.scenario.time.rate_hz);
-        self.happenings.extend(tick.lines.iter().map(|line| Happening::new(time_s, line)));
+        let event = |timed: &TimedEvent| Happening {
+            time_s,
+            name: timed.event.name().into(),
+            text: self.scenario.event_text(&timed.event),
+        };
+        self.happenings.extend(tick.events.iter().map(event));
         if !tick.has_uavs() {
             return;
         }
@@ -105,12 +109,6 @@ impl Flight {
         self.closest_adjacent_m.push(moment.closest.adjacent.map(|pair| pair.distance_m));
         self.closest_other_m.push(moment.closest.other.map(|pair| pair.distance_m));
         self.lyapunov_m2.push(moment.lyapunov_m2);
-    }
-}
-
-impl Happening {
-    fn new(time_s: f64, line: &Event) -> Self {
-        Self { time_s, name: line.name.clone(), text: line.message.clone() }
     }
 }
 
@@ -146,9 +144,9 @@ impl Fold {
 
     fn observe(&mut self, tick: &Replayed) {
         self.messages += tick.messages;
-        self.collisions += tick.lines.iter().filter(|line| line.name == "collision").count();
-        for line in &tick.lines {
-            self.metrics.hear(tick.frame.tick, line);
+        for event in &tick.events {
+            self.collisions += usize::from(matches!(event.event, Event::Collision { .. }));
+            self.metrics.on_event(event);
         }
         if !tick.has_uavs() {
             return;

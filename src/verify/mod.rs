@@ -22,18 +22,6 @@ use std::{
 
 /// Wall-clock times differ from run to run.
 const TIMING: &str = "/timing";
-/// What happens to processes by chance: a flight in which it did is not repeatable.
-const BY_CHANCE: [&str; 7] = [
-    "process.lost",
-    "process.frozen",
-    "process.thawed",
-    "process.overdue",
-    "process.late",
-    "run.interrupted",
-    // Of the scenario's own faults nobody asks while the run goes on.
-    "fault.requested",
-];
-
 /// Which log to verify.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
@@ -86,8 +74,8 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
         bail!("{not}: it is of a real-time run, whose flight depends on the wall clock; fly it in lockstep");
     }
     for tick in reader.ticks(scenario.formation.uavs) {
-        if let Some(line) = tick.lines.iter().find(|line| BY_CHANCE.contains(&line.name.as_str())) {
-            bail!("{not}: at tick {} this happened by chance: {}", tick.frame.tick, line.message);
+        if let Some(event) = tick.events.iter().find(|event| event.event.is_by_chance()) {
+            bail!("{not}: at {} this happened by chance: {}", event.tick, scenario.event_text(&event.event));
         }
     }
     if let Some(damage) = reader.damages().told.first() {

@@ -7,6 +7,7 @@
 //! Never knows of the formation: what the UAVs are up to is theirs.
 
 pub mod airframe;
+pub mod airspace;
 mod answers;
 mod collisions;
 pub mod measure;
@@ -14,9 +15,10 @@ mod ports;
 pub mod process;
 pub mod schedule;
 pub mod sky;
-mod tally;
+mod wall_clock;
 
 pub use airframe::{Airframe, Refusal};
+pub use airspace::{Airspace, CommandCounts};
 pub use measure::MeasureArgs;
 pub use process::{Args, WorldError, run};
 pub use sky::Sky;

@@ -1,18 +1,18 @@
 //! The process that keeps time and integrates the airframes.
 
 use crate::{
-    Airframe, Sky,
+    Airspace, CommandCounts, Refusal,
     answers::Answers,
     measure::{Measure, MeasureArgs, Turn},
     ports::Ports,
-    schedule::Schedule,
-    tally::Tally,
+    schedule::{Lateness, Schedule},
+    wall_clock::WallClock,
 };
 use ringwing_bus::{
     BusError, DomainId, Due, Gate, Member, Stamps, StopFlag, Waker, channel, monotonic_ns, patience::crowd,
     report,
 };
-use ringwing_flight::{Event, EventMessage, Part, Tick, TimedEvent, UavId};
+use ringwing_flight::{Event, EventMessage, Part, Tick, TickTiming, TimedEvent, UavId};
 use ringwing_scenario::{Scenario, ScenarioError, start};
 use std::{
     thread,
@@ -54,11 +54,11 @@ const LOOK_AGAIN: Duration = Duration::from_millis(2);
 pub fn run(args: &Args) -> Result<(), WorldError> {
     let member = Member::join(&args.domain, Part::World, args.launcher)?;
     let scenario = Scenario::resolved(&member.domain().scenario()?)?;
-    let sky = Sky::new(&scenario, &start::places(&scenario)?);
+    let airspace = Airspace::new(&scenario, &start::places(&scenario)?);
     let ports = Ports::open(&member, scenario.formation.uavs, scenario.ipc.payload_bytes)?;
     let waker = Waker::of_world(&member, scenario.ipc.wake, scenario.time.real_time)?;
     let gate = member.attend()?;
-    let mut world = World::new(&member, gate, waker, ports, sky, &scenario);
+    let mut world = World::new(&member, gate, waker, ports, airspace, &scenario);
     world.measure = Measure::new(&args.measure, scenario.formation.uavs);
     if world.wait_for_roster()? {
         world.fly()?;
@@ -81,16 +81,14 @@ struct World<'a> {
     member: &'a Member,
     gate: Gate,
     ports: Ports,
-    sky: Sky,
+    airspace: Airspace,
     answers: Answers,
-    tally: Tally,
+    wall_clock: WallClock,
     waker: Waker,
     /// Only when somebody measures.
     measure: Option<Measure>,
     /// The deadlines, in real time.
     schedule: Option<Schedule>,
-    rate_hz: u32,
-    last_tick: Tick,
     answer_timeout: Duration,
     hold_timeout: Duration,
     recorder_lag_ticks: i64,
@@ -109,7 +107,7 @@ impl<'a> World<'a> {
         gate: Gate,
         waker: Waker,
         ports: Ports,
-        sky: Sky,
+        airspace: Airspace,
         scenario: &Scenario,
     ) -> Self {
         let rate_hz = scenario.time.rate_hz;
@@ -118,15 +116,13 @@ impl<'a> World<'a> {
             member,
             gate,
             ports,
-            sky,
+            airspace,
             answers: Answers::new(scenario.formation.uavs),
-            tally: Tally::new(),
+            wall_clock: WallClock::new(),
             waker,
             measure: None,
             schedule: real_time
                 .then(|| Schedule::new(rate_hz, crowd(scenario.formation.uavs + 2), monotonic_ns())),
-            rate_hz,
-            last_tick: Tick(scenario.last_tick()),
             answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
             hold_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s) * 2,
             recorder_lag_ticks: (f64::from(rate_hz) * RECORDER_LAG_S).ceil() as i64,
@@ -173,11 +169,10 @@ impl<'a> World<'a> {
                 self.wait_for_answers()?;
             }
             self.finish_tick()?;
-            if self.sky.now() >= self.last_tick || self.is_stopped() {
+            if self.airspace.is_over() || self.is_stopped() {
                 return Ok(());
             }
-            for event in self.sky.step() {
-                self.tally.count_event(self.sky.now().seconds(self.rate_hz), &event);
+            for event in self.airspace.step() {
                 self.log_event(event)?;
             }
         }
@@ -198,7 +193,7 @@ impl<'a> World<'a> {
 
     /// Lets no time pass while the launcher does what is to be done before this tick, for a bounded time.
     fn wait_for_faults(&mut self) -> Result<(), BusError> {
-        let next = self.sky.now();
+        let next = self.airspace.now();
         if self.answers.roster().free_before > next {
             return Ok(());
         }
@@ -264,27 +259,24 @@ impl<'a> World<'a> {
     fn recorder_lags(&self) -> bool {
         let recorded = self.gate.recorded();
         self.answers.roster().has_recorder()
-            && self.sky.now().since(recorded) > self.recorder_lag_ticks
+            && self.airspace.now().since(recorded) > self.recorder_lag_ticks
             && self.stuck_at != Some(recorded)
     }
 
     /// Tells every UAV what it senses, then opens the tick for all.
     fn open_tick(&mut self) -> Result<(), BusError> {
         let opened_ns = monotonic_ns();
-        let now = self.sky.now();
+        let now = self.airspace.now();
         if let Some(measure) = &mut self.measure {
             measure.open(now.0, opened_ns);
         }
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
-        for (uav, port) in UavId::all(self.ports.sensed.len() as u32).zip(&self.ports.sensed) {
-            if let Some(sensed) = self.sky.senses(uav) {
-                self.tally.hash_sensed(&sensed);
-                port.send(sensed, stamps)?;
-            }
+        for sensed in self.airspace.open_tick() {
+            self.ports.sensed[sensed.uav.index()].send(sensed, stamps)?;
         }
         self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
         self.refresh_roster()?;
-        self.answers.begin(now, opened_ns, self.sky.airframes().iter().map(Airframe::mode));
+        self.answers.begin(now, opened_ns);
         if let Some(measure) = &mut self.measure {
             measure.publish();
         }
@@ -321,7 +313,7 @@ impl<'a> World<'a> {
         if self.is_stopped() {
             return Ok(());
         }
-        self.tally.unanswered_ticks += 1;
+        self.wall_clock.count_unanswered();
         for part in self.answers.give_up() {
             self.log_event(Event::ProcessSilent { part, waited_s: self.answer_timeout.as_secs_f64() })?;
         }
@@ -339,7 +331,7 @@ impl<'a> World<'a> {
 
     /// Takes in what has come: of each UAV the newest command.
     fn collect(&mut self) -> Result<(), BusError> {
-        let now = self.sky.now();
+        let now = self.airspace.now();
         let measure = &mut self.measure;
         if let Some(measure) = measure {
             measure.look();
@@ -354,9 +346,8 @@ impl<'a> World<'a> {
                 command.tick >= now
             })?;
             let Some((command, stamps)) = newest else { continue };
-            match self.sky.accept(uav, &command) {
-                Ok(()) => self.answers.note(&command, &stamps, monotonic_ns()),
-                Err(_) => self.tally.refused_commands += 1,
+            if self.airspace.take(uav, &command) != Err(Refusal::NotItsOwn) {
+                self.answers.note(&command, &stamps, monotonic_ns());
             }
         }
         for ballast in &self.ports.ballast {
@@ -384,18 +375,20 @@ impl<'a> World<'a> {
 
     /// Counts the tick, and says how long it took.
     fn finish_tick(&mut self) -> Result<(), BusError> {
-        let mut timing = self.answers.timing();
-        let mut paced = None;
+        // The clock is read first: hashing the answers is no lateness.
+        let (mut lateness, mut paced) = (Lateness::default(), None);
         if let Some(schedule) = &mut self.schedule {
             let due_ns = schedule.due().at_ns;
-            let lateness = schedule.meet(monotonic_ns());
-            (timing.late_ns, timing.missed_deadlines) = (lateness.late_ns, lateness.missed_deadlines);
+            lateness = schedule.meet(monotonic_ns());
             paced = Some((due_ns, lateness.missed_deadlines));
         }
+        let CommandCounts { answered, reused } = self.airspace.end_tick();
+        let Lateness { late_ns, missed_deadlines } = lateness;
+        let timing = TickTiming { answered, reused, late_ns, missed_deadlines, ..self.answers.timing() };
         if let Some(measure) = &mut self.measure {
-            measure.finish(timing.reused, paced);
+            measure.finish(reused, paced);
         }
-        self.tally.add_tick(self.answers.commands(), &timing);
+        self.wall_clock.add(&timing);
         self.ports.timing.send(timing, Stamps::now())?;
         self.watch_connections()
     }
@@ -410,20 +403,21 @@ impl<'a> World<'a> {
     }
 
     fn log_event(&self, event: Event) -> Result<(), BusError> {
-        let event = TimedEvent { tick: self.sky.now(), event };
+        let event = TimedEvent { tick: self.airspace.now(), event };
         self.ports.events.send(EventMessage::new(&event), Stamps::now())
     }
 
     fn report(&self) -> ringwing_flight::WorldReport {
-        let now = self.sky.now();
-        let measured = self.measure.as_ref().is_some_and(Measure::is_done);
-        self.tally.report(now.0, now >= self.last_tick || measured)
+        let mut report = self.wall_clock.complete(self.airspace.report());
+        // A measurement ends the flight early, and as planned.
+        report.complete |= self.measure.as_ref().is_some_and(Measure::is_done);
+        report
     }
 
     /// Stays until the recorder has fetched the last tick: what a sender leaves behind may leave with it.
     fn wait_for_recorder(&mut self) {
         let since = Instant::now();
-        while self.answers.roster().has_recorder() && self.gate.recorded() < self.sky.now() {
+        while self.answers.roster().has_recorder() && self.gate.recorded() < self.airspace.now() {
             let gone = self.refresh_roster().is_err() || self.member.stop().is_set();
             if gone || since.elapsed() > self.answer_timeout {
                 return;

@@ -24,6 +24,12 @@ impl FlightMode {
     /// Failsafe: has left the sky.
     pub const VANISHED: Self = Self(3);
 
+    /// The mode called `name` in logs and tables; any other name gives one that is called `unknown`.
+    pub fn from_name(name: &str) -> Self {
+        let all = [Self::COMMANDED, Self::LOITER, Self::HOLD, Self::VANISHED];
+        all.into_iter().find(|mode| mode.name() == name).unwrap_or(Self(u32::MAX))
+    }
+
     /// The name that logs and tables use.
     pub fn name(self) -> &'static str {
         match self {

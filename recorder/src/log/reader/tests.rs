@@ -1,0 +1,182 @@
+use super::*;
+use crate::{
+    Metrics,
+    log::recover::{RecoverError, recover},
+    testing::{self, flight, messages, place, record, record_and_die, slow_ring},
+};
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::{fs, io::Cursor};
+
+/// The bytes of a small log with a readable scenario, written by `make`.
+fn log(make: fn(&Path, &Scenario, &[crate::frame::Frame])) -> Vec<u8> {
+    let (_folder, path) = place();
+    let scenario = slow_ring();
+    make(&path, &scenario, &flight(&scenario, 0..12));
+    fs::read(&path).unwrap()
+}
+
+fn open(file: &[u8]) -> Result<Reader<Cursor<&[u8]>>, ReadError> {
+    Reader::of(Path::new("a.mcap"), Cursor::new(file))
+}
+
+/// Reads and measures everything in a log; returns the number of ticks.
+fn read(file: &[u8]) -> Option<(usize, Metrics)> {
+    let mut reader = open(file).ok()?;
+    let mut metrics = Metrics::new(&slow_ring());
+    let mut ticks = 0;
+    for tick in reader.ticks(3) {
+        metrics.observe(&tick.frame);
+        ticks += 1;
+        assert!(ticks < 10_000, "the reader does not end");
+    }
+    // Must return or refuse, not panic.
+    let _ = reader.scenario();
+    Some((ticks, metrics))
+}
+
+#[test]
+fn a_log_gives_back_its_flight() {
+    let file = log(record);
+    let mut reader = open(&file).unwrap();
+    assert_eq!(reader.run().unwrap()["uavs"], "3");
+    let ticks: Vec<_> = reader.ticks(3).collect();
+    let frames: Vec<_> = ticks.iter().map(|tick| tick.frame.uavs.clone()).collect();
+    let flown: Vec<_> = flight(&slow_ring(), 0..12).into_iter().map(|frame| frame.uavs).collect();
+    assert_eq!(frames, flown);
+    assert!(ticks[0].has_lines && !ticks[1].has_lines);
+    assert!(ticks[0].leader.is_some());
+    assert!(reader.has_ended() && reader.damages() == &LogDamages::default());
+    assert_eq!(reader.result().unwrap()["ticks"], "12");
+    assert_eq!(reader.scenario().unwrap().name, "synthetic");
+}
+
+#[test]
+fn a_log_cut_at_any_byte_yields_its_beginning_or_a_clear_error() {
+    for (file, step) in [(log(record_and_die), 1), (log(record), 11)] {
+        let mut most = 0;
+        for cut in (0..file.len()).step_by(step) {
+            let Some((ticks, _)) = read(&file[..cut]) else {
+                assert!(cut < 8, "cut at byte {cut}");
+                continue;
+            };
+            assert!(ticks >= most, "cut at byte {cut}");
+            most = ticks;
+        }
+        assert_eq!(most, read(&file).unwrap().0);
+    }
+}
+
+#[test]
+fn flipped_bits_never_harm_the_reader() {
+    let file = log(record);
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+    for _ in 0..500 {
+        let mut broken = file.clone();
+        for _ in 0..=random.next_u32() % 4 {
+            let bit = random.next_u64() as usize % (8 * broken.len());
+            broken[bit / 8] ^= 1 << (bit % 8);
+        }
+        drop(read(&broken));
+    }
+}
+
+#[test]
+fn extreme_numbers_never_harm_the_reader() {
+    let file = log(record);
+    let extremes = [[0xff; 8], [0; 8], [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f]];
+    for (at, extreme) in (0..file.len() - 8).step_by(5).zip(extremes.iter().cycle()) {
+        let mut broken = file.clone();
+        broken[at..at + 8].copy_from_slice(extreme);
+        drop(read(&broken));
+    }
+}
+
+#[test]
+fn a_file_that_is_not_a_log_gets_a_clear_error() {
+    for (file, expected) in [
+        (b"".as_slice(), "is empty"),
+        (b"dear diary", "is not an MCAP file"),
+        (&mcap::MAGIC[..5], "cut off within its first 8 bytes"),
+    ] {
+        let error = open(file).err().unwrap().to_string();
+        assert!(error.starts_with("log a.mcap: ") && error.contains(expected), "{error}");
+    }
+    for missing in ["/nowhere/run.mcap", "/tmp", "/dev/zero"] {
+        let error = Reader::open(Path::new(missing)).err().unwrap().to_string();
+        assert!(error.contains(missing) && error.contains("give the path"), "{error}");
+    }
+}
+
+#[test]
+fn a_foreign_mcap_file_is_readable_but_has_no_scenario() {
+    let mut file = Cursor::new(Vec::new());
+    let mut writer = mcap::Writer::new(&mut file).unwrap();
+    let channel = writer.add_channel(0, "/uav/001/state", "json", &BTreeMap::new()).unwrap();
+    let header = MessageHeader { channel_id: channel, sequence: 0, log_time: 0, publish_time: 0 };
+    writer.write_to_known_channel(&header, b"{}").unwrap();
+    writer.finish().unwrap();
+    drop(writer);
+    let mut reader = open(file.get_ref()).unwrap();
+    assert!(reader.scenario().unwrap_err().to_string().contains("not a log of ringwing"));
+    assert_eq!(reader.next().unwrap().data, b"{}");
+}
+
+#[test]
+fn a_log_of_another_version_names_that_version() {
+    let (_folder, path) = place();
+    let scenario = slow_ring();
+    let opening = crate::log::Opening { text: "wings = 3\n", ..testing::opening(&scenario) };
+    drop(crate::log::LogWriter::create(&path, &opening).unwrap());
+    let error = Reader::open(&path).unwrap().scenario().unwrap_err().to_string();
+    assert!(error.contains("was written by ringwing") && error.contains("wings"), "{error}");
+}
+
+#[test]
+fn a_recovered_log_holds_what_was_left_and_has_an_index() {
+    let (folder, path) = place();
+    let file = log(record_and_die);
+    let whole = messages(&file);
+    for cut in (200..file.len()).step_by(211).chain([file.len()]) {
+        fs::write(&path, &file[..cut]).unwrap();
+        let out = folder.path().join(format!("{cut}.mcap"));
+        let recovered = recover(&path, &out).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), &file[..cut], "the input is left alone");
+        let rebuilt = fs::read(&out).unwrap();
+        let kept = messages(&rebuilt);
+        assert_eq!(kept[..], whole[..kept.len()], "cut at byte {cut}");
+        assert_eq!(kept.len() as u64, recovered.messages);
+        let summary = mcap::Summary::read(&rebuilt).unwrap().unwrap();
+        assert_eq!(summary.stats.unwrap().message_count, recovered.messages);
+        // 37 bytes of footer and magic follow the end of the data.
+        assert_eq!(recovered.has_ended, cut >= file.len() - 37);
+    }
+}
+
+#[test]
+fn recovery_takes_lost_schemas_from_the_summary() {
+    let (folder, path) = place();
+    let mut file = log(record);
+    let first = mcap::Summary::read(&file).unwrap().unwrap().chunk_indexes[0].clone();
+    file[first.chunk_start_offset as usize + 80] ^= 1;
+    fs::write(&path, &file).unwrap();
+    let recovered = recover(&path, &folder.path().join("out.mcap")).unwrap();
+    assert!(recovered.unnamed == 0 && recovered.messages > 50, "{recovered:?}");
+    assert!(recovered.has_scenario() && recovered.has_result());
+    assert_eq!(recovered.damages.count, 1);
+}
+
+#[test]
+fn recovery_never_overwrites_a_file() {
+    let (folder, path) = place();
+    fs::write(&path, log(record)).unwrap();
+    let out = folder.path().join("precious");
+    fs::write(&out, "precious").unwrap();
+    for out in [&out, &path] {
+        assert!(matches!(recover(&path, out), Err(RecoverError::Exists { .. })));
+    }
+    assert_eq!(fs::read(&out).unwrap(), b"precious");
+    fs::write(&path, b"not a log").unwrap();
+    let none = folder.path().join("none.mcap");
+    assert!(matches!(recover(&path, &none), Err(RecoverError::Read(_))));
+    assert!(!none.exists());
+}
