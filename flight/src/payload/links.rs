@@ -21,6 +21,11 @@ impl LinkSource {
     pub fn uav(uav: UavId) -> Self {
         Self(uav.0)
     }
+
+    /// The UAV's number, 0 for the leader, and the largest number for the receiver's own airframe.
+    pub fn number(self) -> u32 {
+        self.0
+    }
 }
 
 impl fmt::Display for LinkSource {
