@@ -12,6 +12,7 @@ pub mod event;
 pub mod formation;
 pub mod id;
 pub mod motion;
+pub mod pace;
 pub mod payload;
 pub mod report;
 pub mod ring;
@@ -20,6 +21,7 @@ pub use event::{AfterLoss, Collider, Event, GapCause, Level, ProcessAction, Proc
 pub use formation::Formation;
 pub use id::{Part, Tick, UavId};
 pub use motion::{Pose, direction, wrap};
+pub use pace::Pace;
 pub use payload::{
     Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, LeaderState, LinkCounts,
     LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming, UavState,

@@ -1,14 +1,14 @@
-//! The recorder's process: listens to everybody, fetches in batches, and tells the world how far it has come.
+//! The recorder's process: fetches samples in batches, and tells the world how far it has come.
 //!
-//! Sends one thing, how far the swarm is from its formation, to whoever shows progress.
+//! Must never send anything that flies. It sends one message, how far the swarm is from its formation, to whatever shows
+//! progress.
 
-use crate::{
-    RecorderError, RecorderReport,
-    clock::Clock,
-    frame::{Assembly, Frame, Ring},
-    log::Opening,
-    recording::Recording,
-};
+mod assembly;
+pub(crate) mod recording;
+
+use crate::{RecorderError, RecorderReport, clock::Clock, log::Opening, metrics::Frame};
+use assembly::{Assembled, Assembly};
+use recording::Recording;
 use ringwing_bus::{
     DomainId, Gate, Member, Publisher, Stamps, Subscriber,
     channel::{self, RECORDER_DEPTH},
@@ -40,10 +40,13 @@ pub struct Args {
     pub no_timing: bool,
 }
 
-/// How long to wait for a batch before looking anyway.
+/// How long to wait for a batch before fetching anyway. A longer wait delays the progress line and the end of the process; a
+/// shorter one wakes the process for nothing.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
-/// In real time no message waits longer for its place in the file, even if simulated time stands still.
+/// Wall-clock time after which a real-time run flushes its log even if simulated time stands still. A longer period loses
+/// more with a recorder that dies; a shorter one makes smaller chunks, which compress worse.
 const FLUSH_PERIOD: Duration = Duration::from_secs(1);
+/// Progress messages per simulated second; more than the terminal shows only cost time.
 const PROGRESS_HZ: u32 = 20;
 
 /// Records until the flight ends or the process is asked to stop.
@@ -52,14 +55,14 @@ pub fn run(args: &Args) -> Result<(), RecorderError> {
     let text = member.domain().scenario()?;
     let scenario = Scenario::resolved(&text)?;
     let opening = Opening { scenario: &scenario, text: &text, timing: !args.no_timing };
-    // Listens first: while a log is taken over, the flight may go on.
+    // Subscribe first: the flight may go on while a log is taken over.
     let ports = Ports::open(&member, &opening)?;
     let begun = has_begun(&member.domain().gate()?);
-    let mut desk = Desk::new(Recording::begin(args.log.as_deref(), &opening, begun)?, &scenario);
+    let mut inbox = Inbox::new(Recording::begin(args.log.as_deref(), &opening, begun)?, &scenario);
     let gate = member.attend()?;
-    let outcome = desk.record(&member, &gate, &ports).and_then(|()| desk.finish(&member));
+    let outcome = inbox.record(&member, &gate, &ports).and_then(|()| inbox.finish(&member));
     let problem = outcome.as_ref().err().map(ToString::to_string);
-    let report = RecorderReport { problem, ..desk.recording.report() };
+    let report = RecorderReport { problem, ..inbox.recording.report() };
     member.domain().leave_report(report::RECORDER, &report)?;
     outcome
 }
@@ -68,25 +71,24 @@ fn has_begun(gate: &Gate) -> bool {
     gate.is_closed() || gate.tick().is_some()
 }
 
-/// Where samples become the recording.
-struct Desk {
+/// Puts samples together to frames and hands these to the recording.
+struct Inbox {
     recording: Recording,
     assembly: Assembly,
-    ring: Ring,
+    /// The last frame; kept to reuse its memory, and because its ring goes on from tick to tick.
     frame: Frame,
     clock: Clock,
     real_time: bool,
-    /// Interval of the last progress sent.
+    /// The progress interval of the last message sent.
     progress: i64,
 }
 
-impl Desk {
+impl Inbox {
     fn new(recording: Recording, scenario: &Scenario) -> Self {
         Self {
             assembly: Assembly::new(scenario.formation.uavs, recording.expected()),
             recording,
-            ring: Ring::new(scenario),
-            frame: Frame::default(),
+            frame: Frame::new(scenario),
             clock: Clock::new(scenario.time.rate_hz),
             real_time: scenario.time.real_time,
             progress: -1,
@@ -97,7 +99,7 @@ impl Desk {
         let mut batch = 0;
         loop {
             batch = gate.wait_for_batch(batch, LONGEST_WAIT);
-            // Asked before fetching: whatever was sent until now is then fetched.
+            // Ask before fetching, so that everything sent until now is fetched.
             let over = gate.is_closed() || member.stop().is_set();
             let open = gate.tick();
             ports.fetch(&mut self.assembly, &mut self.recording)?;
@@ -115,17 +117,18 @@ impl Desk {
         }
     }
 
-    /// The first tick of which more may come; in real time an agent may be late by a quarter of a second.
+    /// The first tick of which more samples may come. In real time an agent may be late by a quarter of a second.
     fn complete_before(&self, open: Option<Tick>) -> i64 {
         let patience = if self.real_time { i64::from(self.clock.rate_hz() / 4) } else { 0 };
         open.map_or(i64::MIN, |tick| tick.0 - patience)
     }
 
     fn write_before(&mut self, end: i64) -> Result<(), RecorderError> {
-        while let Some(samples) = self.assembly.take_before(end) {
-            self.frame.refill(&samples, &mut self.ring);
-            self.assembly.recycle(samples);
-            self.recording.observe(&self.frame)?;
+        while let Some(assembled) = self.assembly.take_before(end) {
+            let Assembled { samples, timing } = &assembled;
+            self.frame.refill(samples, self.clock.rate_hz());
+            self.recording.observe(&self.frame, timing.as_ref())?;
+            self.assembly.recycle(assembled);
         }
         Ok(())
     }
@@ -148,7 +151,7 @@ impl Desk {
     }
 }
 
-/// What the recorder listens to, and the one thing it says.
+/// What the recorder subscribes to, and the one thing that it publishes.
 struct Ports {
     sensed: Vec<(UavId, Subscriber<Sensed>)>,
     accounts: Vec<(UavId, Subscriber<Account>)>,

@@ -1,7 +1,7 @@
 //! The scenario's data. Lengths in metres, speeds in m/s, angles in degrees and rates in rad/s, as the names say.
 
 use crate::{Fault, Schedule};
-use ringwing_flight::{Formation, LivingRing, OnLoss};
+use ringwing_flight::{Formation, LivingRing, OnLoss, Pace};
 use serde::{Deserialize, Serialize};
 
 /// Everything a run is flown by; with the same build, it gives the same flight.
@@ -366,6 +366,11 @@ impl Scenario {
     /// `faults`, tick by tick, as a run of this scenario meets them.
     pub fn schedule_of<'f>(&self, faults: &'f [Fault]) -> Schedule<'f> {
         Schedule { faults, seed: self.seed, rate_hz: self.time.rate_hz, uavs: self.formation.uavs }
+    }
+
+    /// Whether ticks wait for the processes or for the clock.
+    pub fn pace(&self) -> Pace {
+        if self.time.real_time { Pace::RealTime } else { Pace::Lockstep }
     }
 
     /// The number of the last tick.

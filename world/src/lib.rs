@@ -1,24 +1,23 @@
 //! Time, airframes, obstacles and collisions.
 //!
-//! [`airframe`] is one UAV's body, [`sky`] all of them among the obstacles, [`schedule`] the deadlines of real time,
-//! [`process`] the operating-system process that integrates them tick by tick, [`measure`] what it keeps of that for a
+//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, [`sky`] all of
+//! them among the obstacles, and [`airspace`] what a tick does to them and the account of that. [`pace`] is the deadlines
+//! of real time, [`process`] the operating-system process that drives the airspace, and [`measure`] what it keeps for a
 //! benchmark.
 //!
-//! Never knows of the formation: what the UAVs are up to is theirs.
+//! Never knows the formation: where the UAVs should be is the agents' business.
 
 pub mod airframe;
 pub mod airspace;
-mod answers;
 mod collisions;
 pub mod measure;
-mod ports;
+pub mod pace;
 pub mod process;
-pub mod schedule;
 pub mod sky;
-mod wall_clock;
 
 pub use airframe::{Airframe, Refusal};
 pub use airspace::{Airspace, CommandCounts};
 pub use measure::MeasureArgs;
+pub use pace::{Deadlines, Lateness};
 pub use process::{Args, WorldError, run};
 pub use sky::Sky;

@@ -36,7 +36,7 @@ impl Event {
                 format!("{count} connections of the world failed; is `ulimit -n` large enough?")
             }
             Self::RunInterrupted => "interrupted; ending the flight (interrupt again to kill it)".into(),
-            Self::ProcessFault { part, action, sentence } => format!("{part} {action}: {sentence}"),
+            Self::ProcessFault { part, action, sentence } => format!("{part} {}: {sentence}", action.done()),
             Self::FaultRefused { part: Some(part), why, sentence } => format!("{part} {why}: {sentence}"),
             Self::FaultRefused { part: None, why, sentence } => format!("{why}: {sentence}"),
             Self::FaultOverdue => "a fault was not applied in time; flying on".into(),
@@ -83,15 +83,15 @@ impl fmt::Display for ProcessEnd {
     }
 }
 
-/// The predicate of a sentence about the process: `is killed`.
-impl fmt::Display for ProcessAction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl ProcessAction {
+    /// The predicate of a sentence about the process: `is killed`.
+    pub fn done(self) -> &'static str {
+        match self {
             Self::Kill { .. } => "is killed",
             Self::Stop => "is stopped",
             Self::Freeze => "is frozen",
             Self::Thaw => "is thawed",
             Self::Start => "is started",
-        })
+        }
     }
 }

@@ -33,8 +33,7 @@ impl Pairs {
             for (number, there) in &places[index + 1..] {
                 let squared = (place - there).norm_squared();
                 if squared < adjacent.squared || squared < other.squared {
-                    let kind =
-                        if ring.are_neighbours(*uav, *number) { &mut adjacent } else { &mut other };
+                    let kind = if ring.are_neighbours(*uav, *number) { &mut adjacent } else { &mut other };
                     kind.offer(squared, *uav, *number);
                 }
             }

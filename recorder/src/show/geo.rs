@@ -5,7 +5,10 @@
 //! the earth by a degrees-per-metre factor, which is wrong far from the origin and near the poles.
 
 use super::palette;
-use crate::{clock::Clock, frame::Frame, schema::UavState};
+use crate::{
+    clock::Clock,
+    metrics::{Frame, TrueState},
+};
 use foxglove::messages::{GeoJson, LocationFix};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use ringwing_flight::{LeaderState, direction};
@@ -108,7 +111,7 @@ impl Earth {
     }
 
     /// An arrowhead along the heading. A point would appear as a pin, which hides its neighbours.
-    fn uav_on_map(&self, state: &UavState) -> Value {
+    fn uav_on_map(&self, state: &TrueState) -> Value {
         let (place, ahead) = (Point2::new(state.x_m, state.y_m), direction(state.heading_rad));
         let left = Vector2::new(-ahead.y, ahead.x);
         let corner = |(along, across): (f64, f64)| self.coordinates(place + ahead * along + left * across);

@@ -8,7 +8,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::{fs, io::Cursor};
 
 /// The bytes of a small log with a readable scenario, written by `make`.
-fn log(make: fn(&Path, &Scenario, &[crate::frame::Frame])) -> Vec<u8> {
+fn log(make: fn(&Path, &Scenario, &[crate::metrics::Frame])) -> Vec<u8> {
     let (_folder, path) = place();
     let scenario = slow_ring();
     make(&path, &scenario, &flight(&scenario, 0..12));
@@ -24,7 +24,7 @@ fn read(file: &[u8]) -> Option<(usize, Metrics)> {
     let mut reader = open(file).ok()?;
     let mut metrics = Metrics::new(&slow_ring());
     let mut ticks = 0;
-    for tick in reader.ticks(3) {
+    for tick in reader.ticks(&slow_ring()) {
         metrics.observe(&tick.frame);
         ticks += 1;
         assert!(ticks < 10_000, "the reader does not end");
@@ -39,7 +39,7 @@ fn a_log_gives_back_its_flight() {
     let file = log(record);
     let mut reader = open(&file).unwrap();
     assert_eq!(reader.run().unwrap()["uavs"], "3");
-    let ticks: Vec<_> = reader.ticks(3).collect();
+    let ticks: Vec<_> = reader.ticks(&slow_ring()).collect();
     let frames: Vec<_> = ticks.iter().map(|tick| tick.frame.uavs.clone()).collect();
     let flown: Vec<_> = flight(&slow_ring(), 0..12).into_iter().map(|frame| frame.uavs).collect();
     assert_eq!(frames, flown);

@@ -1,24 +1,20 @@
-//! Everything that is kept of a flight, as its frames come: the log if one is wanted, the measures always.
+//! Everything that is kept of a flight as its frames come: the log, if one is wanted, and always the metrics.
 //!
-//! Never knows where frames come from; the same frames give the same log.
+//! Must never know where frames come from: the same frames and events give the same log.
 
 use crate::{
     Metrics, RecorderError,
-    events::{EventWriter, LoggedEvent},
-    frame::Frame,
-    judge,
+    flat::flattened,
     log::{
         LogWriter, Opening,
         gap::{Gap, Gaps},
-        introduction,
+        replay::Past,
+        takeover,
     },
-    metrics::{FlightSummary, Moment},
-    replay::Past,
+    metrics::{FlightSummary, Frame, Moment, verdict::judge},
     show::view::Viewer,
-    takeover,
 };
-use foxglove::messages::Log;
-use ringwing_flight::{Event, GapCause, Tick, TimedEvent, WorldReport};
+use ringwing_flight::{Event, GapCause, Tick, TickTiming, TimedEvent, WorldReport};
 use ringwing_scenario::Requirements;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -43,14 +39,11 @@ pub(crate) struct Recording {
     metrics: Metrics,
     gaps: Gaps,
     viewer: Viewer,
-    events: EventWriter,
     requirements: Requirements,
     timing: bool,
     /// Why the ticks before the first frame are missing, if they are.
     first_cause: GapCause,
     began: bool,
-    /// Says what flies; goes into the log before the first event.
-    introduction: Option<Log>,
     /// Events that are not in the log yet.
     waiting: Vec<TimedEvent>,
     /// Events that a predecessor has logged already.
@@ -77,12 +70,10 @@ impl Recording {
             metrics: past.metrics,
             gaps: past.gaps,
             viewer: past.viewer,
-            events: EventWriter::new(opening.scenario),
             requirements: opening.scenario.requirements.clone(),
             timing: opening.timing,
             first_cause,
             began: false,
-            introduction: (!past.has_introduction).then(|| introduction(opening.scenario)),
             waiting: Vec::new(),
             logged: past.events,
         };
@@ -117,7 +108,11 @@ impl Recording {
     }
 
     /// Takes the next frame.
-    pub(crate) fn observe(&mut self, frame: &Frame) -> Result<(), RecorderError> {
+    pub(crate) fn observe(
+        &mut self,
+        frame: &Frame,
+        timing: Option<&TickTiming>,
+    ) -> Result<(), RecorderError> {
         let cause = if self.began { GapCause::FellBehind } else { self.first_cause };
         if let Some(gap) = self.gaps.pass(frame.tick, frame.torn) {
             self.log_gap(frame.tick, gap, cause);
@@ -130,14 +125,11 @@ impl Recording {
         }
         self.metrics.observe(frame);
         self.metrics.set_lost(self.gaps.lost());
-        if self.log.is_none() {
-            return Ok(());
-        }
-        self.viewer.observe(frame);
-        let (messages, lines) = self.messages(&events);
-        let view = self.viewer.view(frame, self.metrics.moment());
+        // Without a log nobody looks, and drawing takes longer than measuring.
         let Some(log) = &mut self.log else { return Ok(()) };
-        log.write_frame(frame, &messages, &lines, &view)
+        self.viewer.observe(frame);
+        let view = self.viewer.view(frame, self.metrics.moment());
+        log.write_frame(frame, timing, &events, &view)
     }
 
     /// The events up to `tick`, in order of time.
@@ -148,13 +140,6 @@ impl Recording {
         self.waiting.sort_by_key(|event| event.tick);
         let due = self.waiting.partition_point(|event| event.tick.0 <= tick);
         self.waiting.drain(..due).collect()
-    }
-
-    /// What the log gets of `events`, for programs and for viewers.
-    fn messages(&mut self, events: &[TimedEvent]) -> (Vec<LoggedEvent>, Vec<Log>) {
-        let lines = events.iter().map(|event| self.events.line(event));
-        let lines = self.introduction.take().into_iter().chain(lines).collect();
-        (events.iter().map(|event| self.events.message(event)).collect(), lines)
     }
 
     /// Puts everything so far into the file if the last time was more than `period` of wall-clock time ago.
@@ -183,10 +168,8 @@ impl Recording {
             self.metrics.on_event(event);
         }
         let result = self.result(&self.metrics.summary(), world);
-        let (messages, lines) = self.messages(&events);
         let Some(log) = &mut self.log else { return Ok(()) };
-        log.write_events(last_tick, &messages)?;
-        log.write_lines(last_tick, &lines)?;
+        log.write_last_events(last_tick, &events)?;
         log.finish(result)
     }
 
@@ -202,9 +185,9 @@ impl Recording {
             ("verdict".to_owned(), verdict.to_owned()),
             ("violations".to_owned(), violations.join("; ")),
         ]);
-        flatten("", summary, &mut result);
+        result.extend(texts("", summary));
         if let Some(world) = world {
-            flatten("world", world, &mut result);
+            result.extend(texts("world.", world));
         }
         if !self.timing {
             result.retain(|key, _| !key.starts_with("world.latency") && key != "world.late_max_us");
@@ -213,36 +196,29 @@ impl Recording {
     }
 }
 
-/// Adds the numbers and texts of `value` to `map`, named by their path; what does not exist is left out.
-fn flatten(path: &str, value: &impl Serialize, map: &mut BTreeMap<String, String>) {
-    let member = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-    match serde_json::to_value(value).unwrap_or_default() {
-        Value::Null => {}
-        Value::Object(members) => members.iter().for_each(|(name, value)| flatten(&member(name), value, map)),
-        Value::Array(values) => {
-            values
-                .iter()
-                .enumerate()
-                .for_each(|(index, value)| flatten(&member(&index.to_string()), value, map));
-        }
-        Value::String(text) => drop(map.insert(path.to_owned(), text)),
-        number => drop(map.insert(path.to_owned(), number.to_string())),
-    }
+/// The numbers and texts of `value` as metadata: each by its path after `prefix`.
+fn texts(prefix: &str, value: &impl Serialize) -> impl Iterator<Item = (String, String)> {
+    let leaves = flattened(&serde_json::to_value(value).unwrap_or_default());
+    leaves.into_iter().map(move |(path, leaf)| {
+        let text = if let Value::String(text) = leaf { text } else { leaf.to_string() };
+        (format!("{prefix}{path}"), text)
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
-        log::EVENTS_TOPIC,
+        schema::{LoggedEvent, topics},
         testing::{self, flight, messages, place, ring_of},
     };
+    use foxglove::messages::Log;
     use prost::Message;
     use ringwing_flight::Latency;
 
     fn lines(path: &Path) -> Vec<(u32, String)> {
         let seen = messages(&std::fs::read(path).unwrap());
-        let told = seen.iter().filter(|message| message.topic == "/log");
+        let told = seen.iter().filter(|message| message.topic == topics::LOG);
         told.map(|message| (message.tick, Log::decode(&*message.data).unwrap().message)).skip(1).collect()
     }
 
@@ -278,7 +254,7 @@ mod tests {
         recording.finish(None).unwrap();
         assert_eq!(lines(&path), [(2, "sooner".into()), (5, "later".into()), (9, "after the end".into())]);
         let seen = messages(&std::fs::read(path).unwrap());
-        let events = seen.iter().filter(|message| message.topic == EVENTS_TOPIC);
+        let events = seen.iter().filter(|message| message.topic == topics::EVENTS);
         let events: Vec<_> = events.map(|message| LoggedEvent::decode(&*message.data).unwrap()).collect();
         assert_eq!(events.iter().map(|event| event.tick).collect::<Vec<_>>(), [2, 5, 30]);
         assert_eq!(events[0].event(), Some(healed(2, "sooner")));

@@ -12,7 +12,7 @@ const DIGITS: u8 = 3;
 
 /// The account so far.
 #[derive(Debug)]
-pub(crate) struct WallClock {
+pub(super) struct WallClock {
     latency: Histogram<u64>,
     late_max_ns: u64,
     missed_deadlines: u64,
@@ -20,7 +20,7 @@ pub(crate) struct WallClock {
 }
 
 impl WallClock {
-    pub(crate) fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             latency: Histogram::new_with_max(LONGEST_NS, DIGITS).expect("these bounds make a histogram"),
             late_max_ns: 0,
@@ -30,7 +30,7 @@ impl WallClock {
     }
 
     /// Adds a tick that took this long.
-    pub(crate) fn add(&mut self, timing: &TickTiming) {
+    pub(super) fn add(&mut self, timing: &TickTiming) {
         if timing.answered > 0 {
             self.latency.saturating_record(timing.round_trip_ns);
         }
@@ -39,12 +39,12 @@ impl WallClock {
     }
 
     /// Counts a tick whose answers did not all arrive in time.
-    pub(crate) fn count_unanswered(&mut self) {
+    pub(super) fn count_unanswered(&mut self) {
         self.unanswered_ticks += 1;
     }
 
     /// Fills in the fields of `report` that need a clock.
-    pub(crate) fn complete(&self, report: WorldReport) -> WorldReport {
+    pub(super) fn complete(&self, report: WorldReport) -> WorldReport {
         WorldReport {
             missed_deadlines: self.missed_deadlines,
             unanswered_ticks: self.unanswered_ticks,

@@ -126,7 +126,9 @@ mod tests {
     use crate::testing;
 
     fn ticks_before(assembly: &mut Assembly, end: i64) -> Vec<(i64, bool)> {
-        std::iter::from_fn(|| assembly.take_before(end)).map(|tick| (tick.samples.tick, tick.samples.torn)).collect()
+        std::iter::from_fn(|| assembly.take_before(end))
+            .map(|tick| (tick.samples.tick, tick.samples.torn))
+            .collect()
     }
 
     #[test]

@@ -1,51 +1,14 @@
-//! What is wrong at the moment, from what was told and who flies: `/faults`, written when it changes and each second.
+//! What is wrong at a moment, from the events so far and from who flies: `/faults`.
 //!
-//! Never guesses at a cause: names those that are lost, frozen, in their failsafe, or have collided.
+//! Must never guess at a cause: it names the processes that are lost or frozen, and the UAVs that are in their failsafe or
+//! have collided.
 
-use crate::frame::Frame;
-use ringwing_flight::{Collider, Event, FlightMode, Part, ProcessAction, UavId};
+use crate::{
+    metrics::{Frame, TrueState},
+    schema::Faults,
+};
+use ringwing_flight::{Collider, Event, Part, ProcessAction, UavId};
 use std::collections::BTreeSet;
-
-/// Everything that is wrong, on change and each second: `/faults`.
-#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
-pub struct Faults {
-    /// The tick from which on this is so.
-    #[prost(sint64, tag = "1")]
-    pub tick: i64,
-    /// Processes that are gone and not replaced.
-    #[prost(uint32, tag = "2")]
-    pub lost: u32,
-    /// Processes that are stopped.
-    #[prost(uint32, tag = "3")]
-    pub frozen: u32,
-    /// Airframes that fly, or flew out of the sky, without their agent.
-    #[prost(uint32, tag = "4")]
-    pub failsafe: u32,
-    /// UAVs that ever ran into something.
-    #[prost(uint32, tag = "5")]
-    pub collided: u32,
-    /// All of it in one line; `none` when nothing is wrong.
-    #[prost(string, tag = "6")]
-    pub summary: String,
-    /// Who is lost.
-    #[prost(string, repeated, tag = "7")]
-    pub lost_names: Vec<String>,
-    /// Who is frozen.
-    #[prost(string, repeated, tag = "8")]
-    pub frozen_names: Vec<String>,
-    /// Who is in its failsafe.
-    #[prost(string, repeated, tag = "9")]
-    pub failsafe_names: Vec<String>,
-    /// Who has collided.
-    #[prost(string, repeated, tag = "10")]
-    pub collided_names: Vec<String>,
-    /// Faults in force that somebody asked for: of links, and of processes that answer late.
-    #[prost(uint32, tag = "11")]
-    pub asked: u32,
-    /// Each as the sentence that asked for it.
-    #[prost(string, repeated, tag = "12")]
-    pub asked_sentences: Vec<String>,
-}
 
 /// The processes, or the UAVs by their agents, that are wrong in one way. UAVs come last, in the order of their numbers.
 type Parts = BTreeSet<Part>;
@@ -120,7 +83,7 @@ impl FaultWatch {
         self.seen.resize(frame.uavs.len(), false);
         for (number, (seen, now)) in (1..).zip(self.seen.iter_mut().zip(&frame.uavs)) {
             let agent = Part::Agent(UavId(number));
-            let is_commanded = now.state.as_ref().map(|state| state.mode == FlightMode::COMMANDED.name());
+            let is_commanded = now.state.as_ref().map(TrueState::is_commanded);
             *seen |= is_commanded.is_some();
             if is_commanded.unwrap_or(!*seen) {
                 self.failsafe.remove(&agent);
@@ -184,8 +147,8 @@ fn texts(parts: &Parts) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{events::EventWriter, testing};
-    use ringwing_flight::{AfterLoss, ProcessEnd, Tick, TimedEvent};
+    use crate::{schema::EventWriter, testing};
+    use ringwing_flight::{AfterLoss, FlightMode, ProcessEnd, Tick, TimedEvent};
     use ringwing_scenario::Obstacle;
 
     const LEADER: Part = Part::Leader;
@@ -261,7 +224,7 @@ mod tests {
         frame.uavs[2].state = None;
         watch.observe(&frame);
         assert_eq!(watch.message(0).failsafe, 0, "one that never came is not in its failsafe");
-        frame.uavs[0].state.as_mut().unwrap().mode = "loiter".into();
+        frame.uavs[0].state.as_mut().unwrap().mode = FlightMode::LOITER;
         frame.uavs[1].state = None;
         watch.observe(&Frame { torn: true, ..frame.clone() });
         assert_eq!(watch.message(1).failsafe, 0);

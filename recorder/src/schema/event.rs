@@ -5,7 +5,7 @@
 use crate::clock::Clock;
 use foxglove::messages::{Log, log};
 use ringwing_flight::{Collider, Event, Level, Part, TimedEvent, UavId};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Obstacle, Scenario};
 
 /// One event with every field that it has: `/events`.
 ///
@@ -57,19 +57,17 @@ impl LoggedEvent {
     }
 }
 
-/// Turns events into the log's messages.
+/// Makes the log's messages about events.
 #[derive(Debug, Clone)]
 pub(crate) struct EventWriter {
     clock: Clock,
-    /// The names of the scenario's obstacles, in its order.
-    obstacles: Vec<String>,
+    obstacles: Vec<Obstacle>,
 }
 
 impl EventWriter {
     /// For the events of a flight of `scenario`.
     pub(crate) fn new(scenario: &Scenario) -> Self {
-        let obstacles = scenario.obstacles.iter().map(|obstacle| obstacle.name.clone()).collect();
-        Self { clock: Clock::new(scenario.time.rate_hz), obstacles }
+        Self { clock: Clock::new(scenario.time.rate_hz), obstacles: scenario.obstacles.clone() }
     }
 
     /// The message for `/events`.
@@ -85,13 +83,13 @@ impl EventWriter {
             other_uav: collider.map_or(0, |with| if let Collider::Uav(other) = with { other.0 } else { 0 }),
             process: part(event).map_or_else(String::new, Part::node_name),
             obstacle: match collider {
-                Some(Collider::Obstacle(index)) => self.obstacle_name(index),
+                Some(Collider::Obstacle(index)) => obstacle_name(&self.obstacles, index),
                 _ => String::new(),
             },
             x_m,
             y_m,
             sentence: sentence(event).into(),
-            text: self.text(event),
+            text: event_text(event, &self.obstacles),
             json: serde_json::to_string(timed).expect("an event is plain data"),
         }
     }
@@ -99,21 +97,23 @@ impl EventWriter {
     /// The line for `/log`.
     pub(crate) fn line(&self, timed: &TimedEvent) -> Log {
         let event = &timed.event;
-        line(self.clock, timed.tick.0, event.level(), event.name(), &self.text(event))
-    }
-
-    fn text(&self, event: &Event) -> String {
-        event.text(|index| self.obstacle_name(index))
-    }
-
-    fn obstacle_name(&self, index: u32) -> String {
-        // An event of a damaged message may name an obstacle that the scenario does not have.
-        self.obstacles.get(index as usize).cloned().unwrap_or_else(|| format!("obstacle {}", index + 1))
+        log_line(self.clock, timed.tick.0, event.level(), event.name(), &event_text(event, &self.obstacles))
     }
 }
 
+/// The sentence about `event` in a flight among `obstacles`.
+pub fn event_text(event: &Event, obstacles: &[Obstacle]) -> String {
+    event.text(|index| obstacle_name(obstacles, index))
+}
+
+fn obstacle_name(obstacles: &[Obstacle], index: u32) -> String {
+    // An event from a damaged log may name an obstacle that its scenario does not have.
+    let name = obstacles.get(index as usize).map(|obstacle| obstacle.name.clone());
+    name.unwrap_or_else(|| format!("obstacle {}", index + 1))
+}
+
 /// A line of `/log`: something of the kind `name` happened at `tick`.
-pub(crate) fn line(clock: Clock, tick: i64, level: Level, name: &str, text: &str) -> Log {
+pub(crate) fn log_line(clock: Clock, tick: i64, level: Level, name: &str, text: &str) -> Log {
     let level = match level {
         Level::Info => log::Level::Info,
         Level::Warning => log::Level::Warning,

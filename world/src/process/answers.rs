@@ -10,7 +10,7 @@ use ringwing_flight::{Command, Part, Roster, Tick, TickTiming, UavId};
 
 /// The answers to one tick, and how long they took.
 #[derive(Debug)]
-pub(crate) struct Answers {
+pub(super) struct Answers {
     tick: Tick,
     opened_ns: u64,
     roster: Roster,
@@ -33,7 +33,7 @@ struct AgentAnswer {
 
 impl Answers {
     /// Before the first tick, with an empty roster.
-    pub(crate) fn new(uavs: u32) -> Self {
+    pub(super) fn new(uavs: u32) -> Self {
         Self {
             tick: Tick::APPROACH,
             opened_ns: 0,
@@ -46,7 +46,7 @@ impl Answers {
     }
 
     /// The newest roster.
-    pub(crate) fn roster(&self) -> &Roster {
+    pub(super) fn roster(&self) -> &Roster {
         &self.roster
     }
 
@@ -55,7 +55,7 @@ impl Answers {
     }
 
     /// Takes over a new roster. The world waits again for a given-up process that has been replaced.
-    pub(crate) fn set_roster(&mut self, roster: &Roster) {
+    pub(super) fn set_roster(&mut self, roster: &Roster) {
         for (uav, agent) in self.uavs().zip(&mut self.agents) {
             agent.silent &= self.roster.has(uav) || !roster.has(uav);
         }
@@ -64,7 +64,7 @@ impl Answers {
     }
 
     /// Begins `tick`, opened at `opened_ns`. An agent that joins the roster later is waited for from the next tick on.
-    pub(crate) fn begin(&mut self, tick: Tick, opened_ns: u64) {
+    pub(super) fn begin(&mut self, tick: Tick, opened_ns: u64) {
         (self.tick, self.opened_ns, self.leader_answered) = (tick, opened_ns, false);
         self.timing = TickTiming { tick: tick.0, ..TickTiming::default() };
         for (uav, agent) in self.uavs().zip(&mut self.agents) {
@@ -73,7 +73,7 @@ impl Answers {
     }
 
     /// How many answers to wait for.
-    pub(crate) fn expected(&self) -> u32 {
+    pub(super) fn expected(&self) -> u32 {
         let agents = self.uavs().filter(|uav| self.expects(*uav)).count();
         agents as u32 + u32::from(self.expects_leader())
     }
@@ -89,7 +89,7 @@ impl Answers {
     }
 
     /// The processes whose answer is expected and has not arrived.
-    pub(crate) fn missing(&self) -> impl Iterator<Item = Part> {
+    pub(super) fn missing(&self) -> impl Iterator<Item = Part> {
         let agents = self
             .uavs()
             .filter(|uav| self.expects(*uav) && !self.agents[uav.index()].answered)
@@ -98,7 +98,7 @@ impl Answers {
     }
 
     /// The thawed processes that have not answered the tick that was open while they were frozen.
-    pub(crate) fn owing(&self) -> impl Iterator<Item = Part> {
+    pub(super) fn owing(&self) -> impl Iterator<Item = Part> {
         let owes = |uav: &UavId| {
             self.roster.has(*uav) && self.roster.is_thawed(*uav) && !self.agents[uav.index()].answered
         };
@@ -109,7 +109,7 @@ impl Answers {
     /// Notes a command that arrived with `stamps` and was read at `read_ns`.
     ///
     /// The round trip ends when the agent sends, not when the world reads: in real time the world reads late on purpose.
-    pub(crate) fn note(&mut self, command: &Command, stamps: &Stamps, read_ns: u64) {
+    pub(super) fn note(&mut self, command: &Command, stamps: &Stamps, read_ns: u64) {
         if command.tick != self.tick {
             return;
         }
@@ -124,14 +124,14 @@ impl Answers {
     }
 
     /// Notes the last tick of which the leader has sent its state to all its readers.
-    pub(crate) fn note_leader(&mut self, tick: Option<Tick>) {
+    pub(super) fn note_leader(&mut self, tick: Option<Tick>) {
         if tick == Some(self.tick) {
             (self.leader_answered, self.leader_silent) = (true, false);
         }
     }
 
     /// Gives up the missing processes: the world does not wait for them until they answer again. Returns them.
-    pub(crate) fn give_up(&mut self) -> Vec<Part> {
+    pub(super) fn give_up(&mut self) -> Vec<Part> {
         let missing: Vec<Part> = self.missing().collect();
         for part in &missing {
             match part {
@@ -143,7 +143,7 @@ impl Answers {
     }
 
     /// How long the tick's answers took. Counts of commands are the airspace's to fill in.
-    pub(crate) fn timing(&self) -> TickTiming {
+    pub(super) fn timing(&self) -> TickTiming {
         self.timing
     }
 }

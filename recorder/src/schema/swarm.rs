@@ -2,11 +2,7 @@
 //!
 //! Never measures anything: values come from the frame and from the metrics of its moment.
 
-use crate::{
-    frame::Frame,
-    metrics::{Moment, Pair},
-    schema::UavState,
-};
+use crate::metrics::{Frame, Moment, Pair, TrueState};
 
 /// Every UAV in one message: `/swarm/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -122,10 +118,10 @@ impl SwarmState {
 }
 
 impl SwarmUav {
-    fn of(state: &UavState) -> Self {
+    fn of(state: &TrueState) -> Self {
         Self {
             uav: state.uav,
-            mode: state.mode.clone(),
+            mode: state.mode.name().into(),
             x_m: rounded(state.x_m),
             y_m: rounded(state.y_m),
             heading_rad: rounded(state.heading_rad),

@@ -1,13 +1,13 @@
-//! What a new recorder does with the log of a dead one: everything readable moves into a fresh, whole log.
+//! Takes over the log of a recorder that died: moves everything readable into a fresh, whole log.
 //!
-//! The new file is `<log>.part` until it has all that the old one held, and then takes its place at once: at any moment
-//! the best log there is lies where it should. Never touches a file that is not a log of this flight.
+//! The new file is called `<log>.part` until it holds everything that the old one did; then it replaces the old one in
+//! one step, so that the most complete log is in its place at any moment. Must never touch a file that is not a log of
+//! this flight.
 
-use crate::{
-    RecorderError,
-    log::{LAYOUT, LogWriter, Opening, RESULT, RUN, SCENARIO, copy::RecordCopier, salvage::Salvage},
-    replay::Past,
+use super::{
+    LAYOUT, LogWriter, Opening, RESULT, RUN, SCENARIO, copy::RecordCopier, replay::Past, salvage::Salvage,
 };
+use crate::RecorderError;
 use mcap::{
     MAGIC,
     records::{MessageHeader, Record},
@@ -23,9 +23,9 @@ pub(crate) fn is_needed(path: &Path) -> bool {
     path.exists()
 }
 
-/// Makes a whole log of what the dead recorder left at `path`, and lets `past` learn from it.
+/// Makes a whole log of what the dead recorder left at `path`, and feeds its messages to `past`.
 ///
-/// Refuses the log of another flight; of a flight that has not `begun`, none can hold anything.
+/// Refuses the log of another flight. While the flight has not `begun`, any log with messages is one of another flight.
 pub(crate) fn take_over(
     path: &Path,
     opening: &Opening,
@@ -39,7 +39,10 @@ pub(crate) fn take_over(
         takeover.take(record)?;
     }
     takeover.past.end();
-    let mut log = takeover.log;
+    let Takeover { mut log, past, .. } = takeover;
+    if past.has_introduction {
+        log.skip_introduction();
+    }
     log.flush()?;
     log.move_to(path)?;
     Ok(log)
@@ -64,12 +67,12 @@ fn check_is_of_this_flight(path: &Path, opening: &Opening, begun: bool) -> Resul
             Record::Attachment { header, data, .. } if header.name == SCENARIO => {
                 (*data != *opening.text.as_bytes()).then_some(Some("this is the log of another scenario"))
             }
-            // Whatever names the scenario comes before the first message.
+            // A log names its scenario before its first message.
             Record::Message { .. } => Some((!begun).then_some("this is the log of an earlier flight")),
             _ => None,
         })
     } else {
-        Some(Some("this is no log"))
+        Some(Some("this is not a log"))
     };
     match problem.flatten() {
         Some(problem) => Err(RecorderError::Foreign { path: path.to_owned(), problem }),
@@ -107,7 +110,8 @@ impl Takeover<'_> {
 mod tests {
     use super::*;
     use crate::{
-        recording::Recording,
+        process::recording::Recording,
+        schema::topics,
         testing::{
             self, Seen, flight, messages, place, record, record_and_die, recording, ring_of, slow_ring,
         },
@@ -133,7 +137,7 @@ mod tests {
     }
 
     fn gaps(messages: &[Seen]) -> Vec<String> {
-        let lines = messages.iter().filter(|message| message.topic == "/log");
+        let lines = messages.iter().filter(|message| message.topic == topics::LOG);
         let lines = lines.map(|message| Line::decode(&*message.data).unwrap());
         lines.filter(|line| line.name == "recorder.gap").map(|line| line.message).collect()
     }
@@ -240,7 +244,7 @@ mod tests {
             assert!(!part_of(&path).exists());
             error.to_string()
         };
-        assert!(refused(b"dear diary", testing::TEXT, true).contains("this is no log"));
+        assert!(refused(b"dear diary", testing::TEXT, true).contains("this is not a log"));
         let other = folder.path().join("other.mcap");
         record(&other, &scenario, &flight(&scenario, 0..10));
         let log = fs::read(other).unwrap();

@@ -1,0 +1,166 @@
+//! The world as an operating-system process: keeps time, and drives the airspace with what the other processes answer.
+//!
+//! [`run`] is the process from its start to its end. The child modules hold its parts: `tick` one tick, `holds` what
+//! delays the next one, `answers` who has answered, `ports` the connections, `wait` the bounded wait, `wall_clock` the
+//! latencies.
+//!
+//! Never decides anything about the flight: that is [`Airspace`]'s part, which the simulation uses as well.
+
+mod answers;
+mod holds;
+mod ports;
+mod tick;
+mod wait;
+mod wall_clock;
+
+use crate::{
+    Airspace, Deadlines,
+    measure::{Measure, MeasureArgs, Turn},
+    pace::TickClock,
+};
+use answers::Answers;
+use holds::Holds;
+use ports::Ports;
+use ringwing_bus::{BusError, DomainId, Member, monotonic_ns, patience::crowd, report};
+use ringwing_flight::{Event, Part, WorldReport};
+use ringwing_scenario::{Scenario, ScenarioError, start};
+use wall_clock::WallClock;
+
+/// Which run to be the world of.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The run's domain, as `ringwing run` prints it.
+    #[arg(long)]
+    pub domain: DomainId,
+    /// Process id of the launcher to end with.
+    #[arg(long, hide = true)]
+    pub launcher: Option<u32>,
+    /// What to measure, if anything.
+    #[command(flatten)]
+    pub measure: MeasureArgs,
+}
+
+/// Why the world cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum WorldError {
+    /// The rest of the run cannot be reached.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The run's scenario is not readable.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+}
+
+/// Processes that share the machine with the agents: the world and the leader. The recorder sleeps most of the time.
+const OTHERS: u32 = 2;
+
+/// Flies the run until its last tick, or until it is asked to stop, and leaves the world's report.
+pub fn run(args: &Args) -> Result<(), WorldError> {
+    let member = Member::join(&args.domain, Part::World, args.launcher)?;
+    let scenario = Scenario::resolved(&member.domain().scenario()?)?;
+    let airspace = Airspace::new(&scenario, &start::places(&scenario)?);
+    let ports = Ports::open(&member, &scenario)?;
+    let measure = Measure::new(&args.measure, scenario.formation.uavs);
+    let mut world = World::new(&scenario, airspace, ports, measure);
+    if world.wait_for_roster()? {
+        world.fly()?;
+    }
+    if let Some(measure) = &mut world.measure {
+        measure.leave(&world.ports.gate)?;
+    }
+    // The report comes first: once the gate is closed, the others look for it.
+    member.domain().leave_report(report::WORLD, &world.report())?;
+    world.ports.close()?;
+    // The report is complete. A run that is being removed already is no reason to fail.
+    let _ = world.wait_for_last_fetch();
+    Ok(())
+}
+
+struct World {
+    airspace: Airspace,
+    answers: Answers,
+    ports: Ports,
+    clock: TickClock,
+    holds: Holds,
+    wall_clock: WallClock,
+    /// Only in a benchmark.
+    measure: Option<Measure>,
+}
+
+impl World {
+    fn new(scenario: &Scenario, airspace: Airspace, ports: Ports, measure: Option<Measure>) -> Self {
+        Self {
+            airspace,
+            answers: Answers::new(scenario.formation.uavs),
+            ports,
+            clock: clock(scenario),
+            holds: Holds::new(scenario),
+            wall_clock: WallClock::new(),
+            measure,
+        }
+    }
+
+    fn fly(&mut self) -> Result<(), BusError> {
+        loop {
+            if let TickClock::Lockstep = self.clock {
+                self.hold_next_tick()?;
+            }
+            if self.measured_enough() {
+                return Ok(());
+            }
+            self.fly_tick()?;
+            if self.airspace.is_over() || self.is_stopped() {
+                return Ok(());
+            }
+            for event in self.airspace.step() {
+                self.log_event(event)?;
+            }
+        }
+    }
+
+    /// Gives a measurement its turn between two ticks. Returns whether it ends the flight.
+    fn measured_enough(&mut self) -> bool {
+        let turn = self.measure.as_mut().map_or(Turn::Fly, |measure| measure.turn(&self.ports.gate));
+        if turn == Turn::Begin {
+            self.restart_deadlines();
+        }
+        turn == Turn::End
+    }
+
+    fn restart_deadlines(&mut self) {
+        if let TickClock::RealTime(deadlines) = &mut self.clock {
+            deadlines.restart(monotonic_ns());
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.ports.is_stopped()
+    }
+
+    /// Takes over the launcher's newest roster, if there is one.
+    fn refresh_roster(&mut self) -> Result<(), BusError> {
+        let answers = &mut self.answers;
+        self.ports.drain_rosters(|roster| answers.set_roster(roster))?;
+        self.holds.on_roster(self.answers.roster());
+        Ok(())
+    }
+
+    fn log_event(&self, event: Event) -> Result<(), BusError> {
+        self.ports.log_event(self.airspace.now(), event)
+    }
+
+    fn report(&self) -> WorldReport {
+        let mut report = self.wall_clock.complete(self.airspace.report());
+        // A measurement ends the flight early, as planned.
+        report.complete |= self.measure.as_ref().is_some_and(Measure::is_done);
+        report
+    }
+}
+
+fn clock(scenario: &Scenario) -> TickClock {
+    if !scenario.time.real_time {
+        return TickClock::Lockstep;
+    }
+    let crowd = crowd(scenario.formation.uavs + OTHERS);
+    TickClock::RealTime(Deadlines::new(scenario.time.rate_hz, crowd, monotonic_ns()))
+}
