@@ -4,10 +4,7 @@
 
 use super::{Summary, Verdict};
 use ringwing_flight::Latency;
-use ringwing_recorder::{
-    links::LinkTotals,
-    metrics::{ClosestPair, FlightSummary, ObstacleSummary, Recovery},
-};
+use ringwing_recorder::metrics::{ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary};
 use std::fmt;
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
@@ -87,7 +84,7 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
 }
 
 fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    for Recovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
+    for FaultRecovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
         let value = recovery_s.map_or_else(|| "never".into(), |recovery_s| format!("{recovery_s:.2} s"));
         line(f, "settled again after a fault", &value, &format!("{fault} at {time_s:.2} s"))?;
     }

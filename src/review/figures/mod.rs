@@ -83,8 +83,7 @@ fn level(flight: &LoggedFlight, name: &str, value: f64) -> Line {
 
 fn distances(flight: &LoggedFlight) -> [FlightFigure; 2] {
     let formation = flight.scenario.formation();
-    let neighbours =
-        OverTime::of_uavs(flight, |uav| &uav.next_distance_m).level("L", formation.spacing_m());
+    let neighbours = OverTime::of_uavs(flight, |uav| &uav.next_distance_m).level("L", formation.spacing_m());
     let leader = OverTime::of_uavs(flight, |uav| &uav.leader_distance_m).level("R", formation.radius_m());
     [
         neighbours.figure(

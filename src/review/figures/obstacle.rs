@@ -69,7 +69,8 @@ fn repulsions(
         // Elsewhere the repulsion is that of another obstacle.
         let is_near = |distance: &Option<f64>| distance.is_some_and(|it| it < obstacle.braking_distance_m);
         let repulsions = flight.uavs[one.uav].repulsion_m.iter().zip(&one.distance_m);
-        let column = repulsions.map(|(repulsion, distance)| repulsion.filter(|_| is_near(distance))).collect();
+        let column =
+            repulsions.map(|(repulsion, distance)| repulsion.filter(|_| is_near(distance))).collect();
         (name_of(one.uav), colour(one.uav), column)
     });
     OverTime::of_columns(flight, columns.collect()).figure(
@@ -104,7 +105,8 @@ fn repelled(flight: &LoggedFlight, obstacle: &Obstacle) -> Vec<Repelled> {
 /// The time during which any UAV was within the braking distance, with a margin.
 fn window_s(flight: &LoggedFlight, obstacle: &Obstacle, repelled: &[Repelled]) -> RangeInclusive<f64> {
     let is_any_near = |tick: &usize| {
-        let is_near = |one: &Repelled| one.distance_m[*tick].is_some_and(|it| it < obstacle.braking_distance_m);
+        let is_near =
+            |one: &Repelled| one.distance_m[*tick].is_some_and(|it| it < obstacle.braking_distance_m);
         repelled.iter().any(is_near)
     };
     let first = (0..flight.times_s.len()).find(is_any_near).unwrap_or_default();
