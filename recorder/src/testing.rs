@@ -144,6 +144,14 @@ pub(crate) fn record_and_die(path: &Path, scenario: &Scenario, frames: &[Frame])
     std::mem::forget(recording);
 }
 
+/// The bytes of a log of twelve ticks and several chunks: finished by `record`, or cut short by `record_and_die`.
+pub(crate) fn small_log(make: fn(&Path, &Scenario, &[Frame])) -> Vec<u8> {
+    let (_folder, path) = place();
+    let scenario = slow_ring();
+    make(&path, &scenario, &flight(&scenario, 0..12));
+    std::fs::read(&path).unwrap()
+}
+
 /// A place for a log, and the folder that goes with it.
 pub(crate) fn place() -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
