@@ -1,8 +1,13 @@
 //! `ringwing compare`: two flights side by side, from their logs.
 
 use crate::{review::Flight, tell};
+use ringwing_recorder::flat::flattened;
 use serde_json::{Map, Value, json};
-use std::{collections::BTreeSet, path::PathBuf, process::ExitCode};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+    process::ExitCode,
+};
 
 /// Which flights to compare.
 #[derive(Debug, clap::Args)]
@@ -42,33 +47,16 @@ impl Row {
 }
 
 /// All quantities of a flight by their path; where it lies and how it is repeated are none.
-fn numbers(flight: &Flight) -> Map<String, Value> {
-    let mut numbers = Map::new();
+fn numbers(flight: &Flight) -> BTreeMap<String, Value> {
     let summary = serde_json::from_str(&flight.summary.to_json()).unwrap_or_default();
-    flatten("", &summary, &mut numbers);
+    let mut numbers = flattened(&summary);
     numbers.retain(|name, _| !["log", "command"].contains(&name.as_str()));
     numbers
 }
 
-fn flatten(path: &str, value: &Value, numbers: &mut Map<String, Value>) {
-    let member = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-    match value {
-        Value::Null => {}
-        Value::Object(members) => {
-            members.iter().for_each(|(name, value)| flatten(&member(name), value, numbers));
-        }
-        Value::Array(values) => {
-            for (index, value) in values.iter().enumerate() {
-                flatten(&member(&index.to_string()), value, numbers);
-            }
-        }
-        one => drop(numbers.insert(path.to_owned(), one.clone())),
-    }
-}
-
-fn rows(a: &Map<String, Value>, b: &Map<String, Value>) -> Vec<Row> {
+fn rows(a: &BTreeMap<String, Value>, b: &BTreeMap<String, Value>) -> Vec<Row> {
     let names: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
-    let of = |flight: &Map<String, Value>, name: &str| flight.get(name).cloned().unwrap_or_default();
+    let of = |flight: &BTreeMap<String, Value>, name: &str| flight.get(name).cloned().unwrap_or_default();
     names.into_iter().map(|name| Row { name: name.clone(), a: of(a, name), b: of(b, name) }).collect()
 }
 

@@ -1,7 +1,7 @@
 //! `ringwing recover`: rebuilds a damaged log and says what was lost.
 
 use crate::tell;
-use ringwing_recorder::recover::{Recovery, recover};
+use ringwing_recorder::log::recover::{Recovery, recover};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,

@@ -2,10 +2,8 @@
 
 use crate::{FAILED, VIOLATED, launcher::Outcome};
 use ringwing_flight::{Collider, Collision, Latency, WorldReport};
-use ringwing_recorder::{
-    links::LinkTotals,
-    metrics::{ClosestPair, FlightSummary, ObstacleSummary, Recovery},
-    verdict::judge,
+use ringwing_recorder::metrics::{
+    ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary, judge,
 };
 use ringwing_scenario::Scenario;
 use serde::Serialize;
@@ -325,7 +323,7 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
 }
 
 fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    for Recovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
+    for FaultRecovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
         let value = recovery_s.map_or_else(|| "not".into(), |recovery_s| format!("{recovery_s:.2} s"));
         line(f, "whole again after a fault", &value, &format!("{fault} at {time_s:.2} s"))?;
     }

@@ -9,7 +9,7 @@ use crate::drawing::{
     scale::Scale,
 };
 use plotters::style::{BLACK, RGBColor};
-use ringwing_recorder::palette;
+use ringwing_recorder::show::palette;
 use ringwing_scenario::Obstacle;
 
 /// Larger swarms are drawn by their extremes and their mean.

@@ -6,8 +6,8 @@ use crate::summary::{Summary, Told};
 use ringwing_flight::{Event, Latency, TimedEvent};
 use ringwing_recorder::{
     Metrics,
-    frame::UavFrame,
-    reader::{ReadError, Reader, Replayed},
+    log::reader::{ReadError, Reader, Replayed},
+    metrics::{ControlTerms, UavFrame},
 };
 use ringwing_scenario::Scenario;
 use std::path::Path;
@@ -61,7 +61,7 @@ impl Flight {
         let scenario = reader.scenario()?;
         let mut flight = Self::before(scenario);
         let mut fold = Fold::new(&flight.scenario);
-        for tick in reader.ticks(flight.scenario.formation.uavs) {
+        for tick in reader.ticks(&flight.scenario) {
             fold.observe(&tick);
             flight.take(&tick, &fold);
         }
@@ -104,7 +104,7 @@ impl Flight {
         }
         self.leader_x_m.push(tick.leader.map(|leader| leader.x));
         self.leader_y_m.push(tick.leader.map(|leader| leader.y));
-        self.round_trip_us.push(tick.frame.timing.as_ref().map(|timing| timing.round_trip_us));
+        self.round_trip_us.push(tick.timing.as_ref().map(|timing| timing.round_trip_us));
         let moment = fold.metrics.moment();
         self.closest_adjacent_m.push(moment.closest.adjacent.map(|pair| pair.distance_m));
         self.closest_other_m.push(moment.closest.other.map(|pair| pair.distance_m));
@@ -122,7 +122,7 @@ impl Track {
         self.slot_error_m.push(state.and_then(|state| state.slot_error_m));
         self.speed_m_s.push(state.map(|state| state.speed_m_s));
         self.turn_rate_rad_s.push(state.map(|state| state.turn_rate_rad_s));
-        self.repulsion_m.push(control.map(|control| control.repulsion_m));
+        self.repulsion_m.push(control.map(ControlTerms::repulsion_length_m));
         let ages = control.map(|control| [control.previous_age_s, control.next_age_s, control.leader_age_s]);
         self.age_s.push(ages.and_then(|ages| ages.into_iter().flatten().reduce(f64::max)));
     }

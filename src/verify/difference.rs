@@ -3,7 +3,7 @@
 //! Knows no message by itself: fields are named by the descriptions in the logs.
 
 use prost_reflect::{DescriptorPool, DynamicMessage, ReflectMessage, Value};
-use ringwing_recorder::reader::{Message, Schema};
+use ringwing_recorder::log::reader::{Message, TopicSchema};
 use std::fmt;
 
 /// The first difference of two logs.
@@ -19,9 +19,9 @@ impl fmt::Display for Difference {
 impl Difference {
     /// Of a message in the log and what was `flown` in its place.
     pub(super) fn between(recorded: Option<&Message>, flown: Option<&Message>) -> Self {
-        let named = |message: &Message| format!("tick {}, {}", message.sequence, message.channel.topic);
+        let named = |message: &Message| format!("tick {}, {}", message.sequence, message.topic.name);
         Self(match (recorded, flown) {
-            (Some(one), Some(other)) if one.channel.topic == other.channel.topic => {
+            (Some(one), Some(other)) if one.topic.topic == other.topic.topic => {
                 if one.sequence == other.sequence {
                     format!("{}: {}", named(one), field(one, other))
                 } else {
@@ -38,7 +38,7 @@ impl Difference {
 
 /// The first field that differs, with both values.
 fn field(recorded: &Message, flown: &Message) -> String {
-    let decoded = |message: &Message| decode(message.channel.schema.as_deref()?, &message.data);
+    let decoded = |message: &Message| decode(message.topic.schema.as_deref()?, &message.data);
     let difference = match (decoded(recorded), decoded(flown)) {
         (Some(one), Some(other)) => first_of_messages("", &one, &other),
         _ => None,
@@ -49,7 +49,7 @@ fn field(recorded: &Message, flown: &Message) -> String {
     })
 }
 
-fn decode(schema: &Schema, data: &[u8]) -> Option<DynamicMessage> {
+fn decode(schema: &TopicSchema, data: &[u8]) -> Option<DynamicMessage> {
     let pool = DescriptorPool::decode(schema.data.as_slice()).ok()?;
     DynamicMessage::decode(pool.get_message_by_name(&schema.name)?, data).ok()
 }
@@ -94,16 +94,16 @@ fn shown(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_recorder::{reader::Channel, schema::UavState};
+    use ringwing_recorder::{log::reader::Topic, schema::UavState};
     use std::rc::Rc;
 
     fn message(tick: i64, x_m: f64) -> Message {
         let schema = <UavState as foxglove::Encode>::get_schema().unwrap();
-        let schema = Schema { name: schema.name, encoding: schema.encoding, data: schema.data.to_vec() };
-        let channel = Channel { topic: "/uav/003/state".into(), schema: Some(Rc::new(schema)) };
+        let schema = TopicSchema { name: schema.name, encoding: schema.encoding, data: schema.data.to_vec() };
+        let topic = Topic { name: "/uav/003/state".into(), schema: Some(Rc::new(schema)) };
         let state = UavState { tick, uav: 3, x_m, ..UavState::default() };
         Message {
-            channel: Rc::new(channel),
+            topic: Rc::new(topic),
             sequence: tick as u32,
             log_time: 0,
             data: prost::Message::encode_to_vec(&state),

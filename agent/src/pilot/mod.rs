@@ -13,13 +13,13 @@ use crate::law::{
     saturated_control, speed_force,
 };
 use leader_estimate::Lead;
+use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
 use own::Own;
-use slots::{Shape, Slots};
-use track::{Track, age};
-use nalgebra::{Point2, Vector2};
 use ringwing_flight::{Account, Command, LeaderState, Pose, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{DeadReckoning, Scenario};
+use slots::{Shape, Slots};
+use track::{Track, age};
 
 /// What a pilot decides in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
