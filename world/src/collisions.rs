@@ -4,14 +4,14 @@
 
 use crate::Airframe;
 use ringwing_flight::{Collider, UavId};
-use ringwing_scenario::Obstacle;
+use ringwing_scenario::ObstacleSection;
 use std::collections::BTreeSet;
 
 /// Finds each collision once, in the tick in which it begins.
 #[derive(Debug, Clone)]
 pub(crate) struct Collisions {
     distance_m: f64,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<ObstacleSection>,
     /// The contacts of the last tick.
     touching: BTreeSet<(UavId, Collider)>,
     /// Indices of the airframes, sorted by x in the last tick. They are still nearly sorted, so sorting again is cheap.
@@ -19,7 +19,7 @@ pub(crate) struct Collisions {
 }
 
 impl Collisions {
-    pub(crate) fn new(distance_m: f64, obstacles: &[Obstacle], uavs: usize) -> Self {
+    pub(crate) fn new(distance_m: f64, obstacles: &[ObstacleSection], uavs: usize) -> Self {
         Self {
             distance_m,
             obstacles: obstacles.to_vec(),
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn a_uav_collides_with_an_obstacle_at_its_edge() {
-        let obstacle = Obstacle {
+        let obstacle = ObstacleSection {
             name: "mast".into(),
             position_m: [0.0, 0.0],
             radius_m: 10.0,

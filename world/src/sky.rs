@@ -4,14 +4,14 @@
 
 use crate::{Airframe, Refusal, collisions::Collisions};
 use ringwing_flight::{Command, Event, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
-use ringwing_scenario::{Obstacle, Scenario, StartState};
+use ringwing_scenario::{ObstacleSection, Scenario, StartState};
 
 /// The true state of the flight: every airframe, and every obstacle.
 #[derive(Debug, Clone)]
 pub struct Sky {
     now: Tick,
     airframes: Vec<Airframe>,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<ObstacleSection>,
     sensing_range_m: f64,
     collisions: Collisions,
 }
@@ -69,9 +69,9 @@ impl Sky {
     fn obstacles_near(&self, airframe: &Airframe) -> ([SensedObstacle; MAX_SENSED_OBSTACLES], u32, u32) {
         let own = airframe.pose().position;
         // Negative inside an obstacle, which sorts first.
-        let to_edge_m = |one: &Obstacle| (own - nalgebra::Point2::from(one.position_m)).norm() - one.radius_m;
+        let to_edge_m = |one: &ObstacleSection| (own - nalgebra::Point2::from(one.position_m)).norm() - one.radius_m;
         // An empty list, the usual case, allocates nothing.
-        let mut near: Vec<(f64, &Obstacle)> = self
+        let mut near: Vec<(f64, &ObstacleSection)> = self
             .obstacles
             .iter()
             .map(|obstacle| (to_edge_m(obstacle), obstacle))
@@ -80,7 +80,7 @@ impl Sky {
         near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let mut sensed = [SensedObstacle::default(); MAX_SENSED_OBSTACLES];
         for (place, (_, obstacle)) in sensed.iter_mut().zip(&near) {
-            let Obstacle { position_m, radius_m, braking_distance_m, .. } = **obstacle;
+            let ObstacleSection { position_m, radius_m, braking_distance_m, .. } = **obstacle;
             *place = SensedObstacle { position_m, radius_m, braking_distance_m };
         }
         let count = near.len().min(MAX_SENSED_OBSTACLES);
@@ -115,8 +115,8 @@ mod tests {
     use super::*;
     use ringwing_flight::Collider;
 
-    fn mast(number: u32, x: f64) -> Obstacle {
-        Obstacle {
+    fn mast(number: u32, x: f64) -> ObstacleSection {
+        ObstacleSection {
             name: format!("mast {number}"),
             position_m: [x, 0.0],
             radius_m: 1.0,
@@ -124,7 +124,7 @@ mod tests {
         }
     }
 
-    fn sky_at_origin(obstacles: Vec<Obstacle>) -> Sky {
+    fn sky_at_origin(obstacles: Vec<ObstacleSection>) -> Sky {
         let mut scenario = Scenario { obstacles, ..Scenario::default() };
         scenario.formation.uavs = 3;
         let at = |x: f64| StartState { position_m: [x, 0.0], heading_deg: 0.0, speed_m_s: 15.0 };

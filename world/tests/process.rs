@@ -41,7 +41,7 @@ impl Everybody {
             measure: MeasureArgs { measure_into: None, warm_up_s: None, measure_s: None },
         };
         let mut everybody = Self {
-            airspace: Airspace::new(&scenario, &start::places(&scenario).unwrap()),
+            airspace: Airspace::new(&scenario, &start::states(&scenario).unwrap()),
             commands: UavId::all(UAVS).map(|uav| services::command(uav).publisher(&node).unwrap()).collect(),
             rosters: services::roster().publisher(&node).unwrap(),
             roster: Roster::empty(),

@@ -44,7 +44,7 @@ const OTHERS: u32 = 2;
 pub fn run(args: &Args) -> Result<(), BusError> {
     let member = Member::join(&args.member, Part::World)?;
     let scenario = member.scenario();
-    let airspace = Airspace::new(scenario, &start::places(scenario)?);
+    let airspace = Airspace::new(scenario, &start::states(scenario)?);
     let ports = Ports::open(&member)?;
     let measure = Measure::new(&args.measure, scenario.formation.uavs);
     let mut world = World::new(scenario, airspace, ports, measure);
