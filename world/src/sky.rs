@@ -69,7 +69,8 @@ impl Sky {
     fn obstacles_near(&self, airframe: &Airframe) -> ([SensedObstacle; MAX_SENSED_OBSTACLES], u32, u32) {
         let own = airframe.pose().position;
         // Negative inside an obstacle, which sorts first.
-        let to_edge_m = |one: &ObstacleSection| (own - nalgebra::Point2::from(one.position_m)).norm() - one.radius_m;
+        let to_edge_m =
+            |one: &ObstacleSection| (own - nalgebra::Point2::from(one.position_m)).norm() - one.radius_m;
         // An empty list, the usual case, allocates nothing.
         let mut near: Vec<(f64, &ObstacleSection)> = self
             .obstacles

@@ -16,7 +16,7 @@ mod tests;
 use ringwing_flight::{Event, Pace, Part, Roster, Tick, TimedEvent};
 use ringwing_scenario::{
     Action, Fault, Scenario,
-    fault::{Delay, Links, Trouble, schedule::ScheduledAction},
+    fault::{Delay, LinkImpairment, Links, schedule::ScheduledAction},
 };
 use std::{collections::VecDeque, mem, str::FromStr};
 
@@ -237,7 +237,7 @@ impl<'a, R> FaultQueue<'a, R> {
         }
         match &action {
             Action::Heal(links) if !self.is_healable(links, now) => Err("there is nothing to heal".into()),
-            Action::Link { trouble: Trouble::Delay(Delay::File(_)), .. } => {
+            Action::Link { trouble: LinkImpairment::Delay(Delay::File(_)), .. } => {
                 Err("the run reads no files: `ringwing fault` reads a file of delays and sends what is in it"
                     .into())
             }
