@@ -7,6 +7,8 @@
 //! Never knows processes, services, clocks, files or the scenario: whatever is here gives the same bits for the same
 //! inputs.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod draw;
 pub mod event;
 pub mod formation;

@@ -6,6 +6,8 @@
 //!
 //! Never knows of processes, services or clocks.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod event_text;
 mod example;
 pub mod fault;
