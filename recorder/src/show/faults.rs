@@ -174,7 +174,9 @@ mod tests {
 
     fn watch(events: &[Event]) -> FaultWatch {
         let mut watch = FaultWatch::default();
-        events.iter().for_each(|event| watch.on_event(event));
+        for event in events {
+            watch.on_event(event);
+        }
         watch
     }
 
