@@ -24,8 +24,5 @@ mod testing;
 
 pub use error::RecorderError;
 pub use log::gap::Gap;
-pub use metrics::{
-    FlightSummary, Metrics,
-    verdict::{self, judge},
-};
+pub use metrics::{FlightSummary, Metrics, judge};
 pub use process::{Args, recording::RecorderReport, run};

@@ -11,7 +11,7 @@ use crate::{
         replay::Past,
         takeover,
     },
-    metrics::{FlightSummary, Frame, Moment, verdict::judge},
+    metrics::{FlightSummary, Frame, Moment, judge},
     show::view::Viewer,
 };
 use ringwing_flight::{Event, GapCause, Tick, TickTiming, TimedEvent, WorldReport};
