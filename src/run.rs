@@ -96,7 +96,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<Plan> {
     let scenario =
         Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
-    start::places(&scenario)?;
+    start::states(&scenario)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     Ok(Plan {
         scenario,

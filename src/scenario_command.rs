@@ -35,7 +35,7 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
             let source = Source::find(scenario)?;
             let scenario = Scenario::read(&source, &[])?;
             // Drawing start states can fail too: many UAVs may not fit into a small area.
-            start::places(&scenario)?;
+            start::states(&scenario)?;
             println!(
                 "{}: {} UAVs, {} s: nothing is wrong",
                 source.name, scenario.formation.uavs, scenario.time.duration_s

@@ -167,3 +167,6 @@ impl UavAgent {
         self.neighbours.push(NeighbourInput { uav, receiver });
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,7 +9,7 @@ use nalgebra::Point2;
 use ringwing_flight::{
     Account, AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Tick, UavId,
 };
-use ringwing_scenario::{FormationSection, Obstacle, Scenario};
+use ringwing_scenario::{FormationSection, ObstacleSection, Scenario};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -32,8 +32,8 @@ pub(crate) fn slow_ring() -> Scenario {
 }
 
 /// An obstacle of 10 m radius that repels from 30 m.
-pub(crate) fn obstacle(position_m: [f64; 2]) -> Obstacle {
-    Obstacle { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
+pub(crate) fn obstacle(position_m: [f64; 2]) -> ObstacleSection {
+    ObstacleSection { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
 }
 
 /// What begins the log of `scenario`, without wall-clock times.

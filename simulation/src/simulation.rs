@@ -67,7 +67,7 @@ impl Simulation {
         if scenario.time.real_time {
             return Err(SimulationError::RealTime(scenario.name.clone()));
         }
-        let starts = start::places(scenario)?;
+        let starts = start::states(scenario)?;
         let uavs = scenario.formation.uavs;
         let schedule = scenario.schedule();
         let mut simulation = Self {

@@ -73,7 +73,9 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     let scenario = reader.scenario()?;
     let not = format!("log {}: is not repeatable", log.display());
     if scenario.time.real_time {
-        bail!("{not}: it is the log of a real-time run, which depends on the wall clock; fly the scenario in lockstep");
+        bail!(
+            "{not}: it is the log of a real-time run, which depends on the wall clock; fly the scenario in lockstep"
+        );
     }
     for tick in reader.ticks(&scenario) {
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {

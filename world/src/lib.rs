@@ -19,5 +19,5 @@ pub use airframe::{Airframe, Refusal};
 pub use airspace::{Airspace, CommandCounts};
 pub use measure::MeasureArgs;
 pub use pace::{Deadlines, Lateness};
-pub use process::{Args, WorldError, run};
+pub use process::{Args, run};
 pub use sky::Sky;

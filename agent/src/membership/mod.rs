@@ -1,302 +1,213 @@
-//! Who is alive, as one UAV knows it from its ring neighbours' messages alone.
+//! Which UAVs are alive, as one UAV knows it from the states of its ring neighbours alone.
 //!
-//! Each UAV watches the nearest living before and after it. From one that is silent for a quarter of its patience it spreads the
-//! suspicion; a suspect that lives hears of it, and refutes it with a higher incarnation. What is not refuted is lost, and
-//! the next one beyond is watched. Of two reports of a member the higher standing is the newer, whatever way and however
-//! late they came, so that all who hear each other agree in the end. After SWIM (Das, Gupta, Motivala 2002).
+//! A failure detector and a dissemination protocol after SWIM (Das, Gupta, Motivala 2002). The states that every UAV sends
+//! each tick replace SWIM's probes, and carry its rumours:
 //!
-//! Never takes lateness for loss: alive is who was heard anew, however old the news. Never knows places.
+//! - Each UAV watches the nearest UAV on each side of the ring that is alive. After a silence of a quarter of its patience it
+//!   suspects that UAV; after all of it, it declares the UAV lost and watches the next one beyond.
+//! - Suspicions and losses travel round the ring as rumours. A UAV that receives a rumour of its own suspicion or loss refutes
+//!   it with the next incarnation.
+//! - After a refuted suspicion the patience with that UAV doubles, because its link has longer gaps than assumed. After a
+//!   long time without such gaps it halves again.
+//! - Of two reports on a UAV, the one with the higher standing is the newer, whatever way it took and
+//!   however late it is. So all UAVs that hear from each other, directly or not, agree in the end.
+//!
+//! Never takes lateness for loss: a UAV is alive if something new arrived from it lately, however old that is. Never knows
+//! positions.
 
+mod dissemination;
+mod listening;
+mod record;
 mod standing;
 
+use dissemination::Dissemination;
+use listening::Side;
+use record::{MemberRecord, Silence};
 use ringwing_flight::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
 use standing::Standing;
 
-/// The side before a UAV in the ring, and the one after it.
-const SIDES: [usize; 2] = [0, 1];
-/// A silence of this part of the patience makes suspect.
-const SUSPICION: i64 = 4;
-/// News go into so many messages before they take turns with older ones.
-const TELLINGS: u32 = 4;
-/// Patience never grows beyond so many loss timeouts.
-const PATIENCE_MAX: i64 = 64;
-/// So many lost ones are listened to on each side, for their return; of more, the nearest and one after the other.
-const REACH: usize = 8;
-/// How often another one of those takes its turn, in loss timeouts.
-const TURN: i64 = 2;
+/// The two directions round the ring.
+#[derive(Debug, Clone, Copy)]
+enum Direction {
+    Previous,
+    Next,
+}
 
-/// One UAV's view of the swarm.
+const DIRECTIONS: [Direction; 2] = [Direction::Previous, Direction::Next];
+
+/// A UAV whose silence counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Watch {
+    uav: UavId,
+    /// The silence counts from this tick on.
+    since: Tick,
+}
+
+/// One UAV's view of who is alive.
 #[derive(Debug, Clone)]
-pub struct Membership {
+pub struct MembershipView {
     own: UavId,
     timeout_ticks: i64,
-    members: Vec<Member>,
-    /// Those whose silence counts, with the tick from which on it does: on each side the nearest living, and while it is
-    /// silent the next one beyond.
-    watched: Vec<(UavId, Tick)>,
-    /// The same of the tick before.
-    watched_before: Vec<(UavId, Tick)>,
+    /// UAV 1 first.
+    members: Vec<MemberRecord>,
+    /// On each side the nearest UAV that is alive, and while that one is silent the next one beyond.
+    watches: Vec<Watch>,
+    /// The same in the tick before.
+    watches_before: Vec<Watch>,
     listened: Vec<UavId>,
-    /// Grows with each change of who lives.
     revision: u64,
-    /// Of all who are lost.
     lost_fingerprint: u64,
-    /// Something was heard that every UAV must know.
-    is_disturbed: bool,
-    /// Where the rumours that are not fresh go on.
-    cursor: usize,
+    dissemination: Dissemination,
 }
 
-/// What is known of one member.
-#[derive(Debug, Clone)]
-struct Member {
-    standing: Standing,
-    /// When the newest state that was heard of it was sent.
-    newest: Option<Tick>,
-    /// When it last gave a sign of life: a new state, or a new incarnation.
-    sign: Option<Tick>,
-    /// How long a silence is taken for loss.
-    patience_ticks: i64,
-    /// When the patience changed.
-    patient_since: Tick,
-    /// The longest silence since then, between two signs of life.
-    longest_ticks: i64,
-    /// It was suspected here, and has not refuted it yet.
-    is_doubted: bool,
-    /// How many messages still carry its standing as news.
-    tellings: u32,
-}
-
-impl Membership {
-    /// What UAV `own` of a swarm of `count` knows at first: that all live.
+impl MembershipView {
+    /// The view of UAV `own` in a swarm of `count`, as it starts: all are alive. A watched UAV that is silent for
+    /// `timeout_ticks` is lost, unless its link has taught this one more patience.
     pub fn new(own: UavId, count: u32, timeout_ticks: i64) -> Self {
-        let member = Member {
-            standing: Standing::default(),
-            newest: None,
-            sign: None,
-            patience_ticks: timeout_ticks,
-            patient_since: Tick::APPROACH,
-            longest_ticks: 0,
-            is_doubted: false,
-            tellings: 0,
-        };
-        let mut membership = Self {
+        let mut view = Self {
             own,
             timeout_ticks,
-            members: vec![member; count as usize],
-            watched: Vec::new(),
-            watched_before: Vec::new(),
+            members: vec![MemberRecord::new(timeout_ticks); count as usize],
+            watches: Vec::new(),
+            watches_before: Vec::new(),
             listened: Vec::new(),
             revision: 0,
             lost_fingerprint: 0,
-            is_disturbed: false,
-            cursor: 0,
+            dissemination: Dissemination::default(),
         };
-        membership.listen(Tick::APPROACH);
-        membership
+        view.update_listened(Tick::APPROACH);
+        view
     }
 
-    /// Whether `uav` is held for living.
-    pub fn lives(&self, uav: UavId) -> bool {
+    /// Whether this UAV holds `uav` for alive; a suspected UAV is alive.
+    pub fn is_alive(&self, uav: UavId) -> bool {
         !self.members[uav.index()].standing.is_lost()
     }
 
-    /// Grows with each change of who lives.
+    /// Grows with each change of who is alive.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// Whom to listen to: those watched, the lost between, for their return, and the neighbours in the whole ring.
+    /// The UAVs to listen to, in order of their numbers: the watched ones, the lost ones between them for their return, and
+    /// the neighbours in the whole ring.
     pub fn listened(&self) -> &[UavId] {
         &self.listened
     }
 
-    /// A number for the set of the lost: 0 for none, and equal where two UAVs agree.
+    /// A fingerprint of the set of lost UAVs: 0 for the empty set, and equal where two UAVs agree.
     pub fn lost_fingerprint(&self) -> u64 {
         self.lost_fingerprint
     }
 
-    /// Takes in what `state`'s sender said, in tick `now`.
-    pub fn hear(&mut self, state: &UavState, now: Tick) {
-        let members = 1..=self.count();
-        if state.uav == self.own || !members.contains(&state.uav.0) {
+    /// Takes in a state that was received in tick `now`: a sign of life of its sender, and its rumours.
+    pub fn receive(&mut self, state: &UavState, now: Tick) {
+        let numbers = 1..=self.count();
+        if state.uav == self.own || !numbers.contains(&state.uav.0) {
             return;
         }
-        let sender = &mut self.members[state.uav.index()];
-        if sender.newest < Some(state.tick) {
-            sender.newest = Some(state.tick);
-            sender.speaks(now, self.timeout_ticks);
-        }
-        for rumour in state.rumours.iter().filter(|rumour| members.contains(&rumour.uav)) {
-            self.believe(UavId(rumour.uav), Standing::from(rumour.standing), now);
+        self.members[state.uav.index()].receive(state, now, self.timeout_ticks);
+        for rumour in state.rumours.iter().filter(|rumour| numbers.contains(&rumour.uav)) {
+            self.apply_report(UavId(rumour.uav), Standing::from(rumour.standing), now);
         }
     }
 
-    /// Judges the silence of the neighbours in tick `now`, after everything was heard.
+    /// Judges the silence of the watched UAVs in tick `now`, after everything was received.
     pub fn update(&mut self, now: Tick) {
-        std::mem::swap(&mut self.watched, &mut self.watched_before);
-        self.watched.clear();
-        for side in SIDES {
-            self.watch(side, now);
+        std::mem::swap(&mut self.watches, &mut self.watches_before);
+        self.watches.clear();
+        for direction in DIRECTIONS {
+            self.watch(direction, now);
         }
-        if self.watched != self.watched_before || self.takes_turns() {
-            self.listen(now);
+        if self.watches != self.watches_before || Side::may_take_turns(self.listened.len()) {
+            self.update_listened(now);
         }
     }
 
-    /// What to pass on in this tick: news first, then all the rest in turns.
+    /// The rumours to send in this tick.
     pub fn rumours(&mut self) -> [Rumour; RUMOURS] {
-        let mut rumours = [Rumour::default(); RUMOURS];
-        if self.is_disturbed {
-            let mut told = 0;
-            self.tell_news(&mut rumours, &mut told);
-            self.tell_rest(&mut rumours, &mut told);
-        }
-        rumours
+        self.dissemination.rumours(&mut self.members)
     }
 
     fn count(&self) -> u32 {
         self.members.len() as u32
     }
 
-    /// Takes `standing` for `uav`'s if it is newer than what is known.
-    fn believe(&mut self, uav: UavId, standing: Standing, now: Tick) {
-        let timeout_ticks = self.timeout_ticks;
+    /// Adopts the reported standing of `uav` if it is newer than the known one. A report on this UAV itself is refuted.
+    fn apply_report(&mut self, uav: UavId, reported: Standing, now: Tick) {
         let member = &mut self.members[uav.index()];
-        if standing <= member.standing {
+        if reported <= member.standing {
             return;
         }
-        let lived = !member.standing.is_lost();
+        let was_lost = member.standing.is_lost();
         if uav == self.own {
-            member.standing = standing.refuted();
+            member.standing = reported.refuted();
         } else {
-            if standing.incarnation() > member.standing.incarnation() {
-                member.refutes(now, timeout_ticks);
+            if reported.incarnation() > member.standing.incarnation() {
+                member.refute(now, self.timeout_ticks);
             }
-            member.standing = standing;
+            member.standing = reported;
         }
-        member.tellings = TELLINGS;
-        self.is_disturbed = true;
-        if lived == member.standing.is_lost() {
+        self.dissemination.spread(member);
+        if was_lost != member.standing.is_lost() {
             self.revision += 1;
             self.lost_fingerprint ^= fingerprint(uav);
-            self.listen(now);
+            self.update_listened(now);
         }
     }
 
-    /// Watches the living of one side, as far as the first that is not silent.
-    fn watch(&mut self, side: usize, now: Tick) {
-        for uav in self.around(side) {
-            if !self.lives(uav) {
+    /// Watches the UAVs in one direction that are alive, up to the first that is not silent.
+    ///
+    /// The one beyond a suspect is watched before the suspect is declared lost: of several UAVs that are lost together, the
+    /// second then does not cost a whole patience more.
+    fn watch(&mut self, direction: Direction, now: Tick) {
+        for uav in self.others(direction) {
+            if !self.is_alive(uav) {
                 continue;
             }
-            let before = self.watched_before.iter().find(|(watched, _)| *watched == uav);
-            let since = before.map_or(now, |(_, since)| *since);
-            self.watched.push((uav, since));
-            if !self.is_silent(uav, since, now) {
-                break;
-            }
+            let before = self.watches_before.iter().find(|watch| watch.uav == uav);
+            let since = before.map_or(now, |watch| watch.since);
+            self.watches.push(Watch { uav, since });
+            let member = &mut self.members[uav.index()];
+            let report = match member.judge_silence(since, now) {
+                Silence::Short => break,
+                Silence::Suspicious => member.standing.suspected(),
+                Silence::Over => member.standing.lost(),
+            };
+            self.apply_report(uav, report, now);
         }
     }
 
-    /// Whether `uav` has been silent for so long that it is suspected, or lost.
-    fn is_silent(&mut self, uav: UavId, since: Tick, now: Tick) -> bool {
-        let member = &mut self.members[uav.index()];
-        let silence = now.since(member.sign.map_or(since, |sign| sign.max(since)));
-        if SUSPICION * silence < member.patience_ticks {
-            return false;
-        }
-        member.is_doubted = true;
-        let is_over = silence >= member.patience_ticks;
-        let standing = if is_over { member.standing.lost() } else { member.standing.suspected() };
-        self.believe(uav, standing, now);
-        true
-    }
-
-    /// All others, from the nearest before this UAV on, or from the nearest after it.
-    fn around(&self, side: usize) -> impl Iterator<Item = UavId> + use<> {
+    /// All other UAVs in one direction, the nearest first.
+    fn others(&self, direction: Direction) -> impl Iterator<Item = UavId> + use<> {
         let (own, count) = (self.own, self.count());
-        let step = move |uav: &UavId| Some(if side == 0 { uav.previous(count) } else { uav.next(count) });
+        let step = move |uav: &UavId| {
+            Some(match direction {
+                Direction::Previous => uav.previous(count),
+                Direction::Next => uav.next(count),
+            })
+        };
         std::iter::successors(step(&own), step).take_while(move |uav| *uav != own)
     }
 
-    /// Whether there are so many lost on a side that they are listened to in turns.
-    fn takes_turns(&self) -> bool {
-        self.listened.len() > 2 * REACH
-    }
-
-    fn listen(&mut self, now: Tick) {
+    fn update_listened(&mut self, now: Tick) {
         let mut listened = std::mem::take(&mut self.listened);
         listened.clear();
-        for side in SIDES {
-            let turn = (now.0 / (TURN * self.timeout_ticks)).unsigned_abs() as usize;
-            let nearest = self.around(side).position(|uav| self.lives(uav));
-            let lost = nearest.unwrap_or(self.members.len() - 1);
-            let beyond = lost.saturating_sub(REACH);
-            let whose_turn = (beyond > 0).then(|| REACH + turn % beyond.max(1));
-            let is_heard = |place: usize| place < REACH.min(lost) || whose_turn == Some(place);
-            let heard = |place: usize| place == 0 || nearest == Some(place) || is_heard(place);
-            listened
-                .extend(self.around(side).enumerate().filter(|(place, _)| heard(*place)).map(|(_, uav)| uav));
+        for direction in DIRECTIONS {
+            let nearest_alive = self.others(direction).position(|uav| self.is_alive(uav));
+            let side = Side::new(nearest_alive, self.members.len() - 1, now, self.timeout_ticks);
+            let places = self.others(direction).enumerate();
+            listened.extend(places.filter(|(place, _)| side.includes(*place)).map(|(_, uav)| uav));
         }
-        listened.extend(self.watched.iter().map(|(uav, _)| *uav));
+        listened.extend(self.watches.iter().map(|watch| watch.uav));
         listened.sort_unstable();
         listened.dedup();
         self.listened = listened;
     }
-
-    fn tell_news(&mut self, rumours: &mut [Rumour; RUMOURS], told: &mut usize) {
-        for (index, member) in self.members.iter_mut().enumerate().filter(|(_, member)| member.tellings > 0) {
-            let Some(place) = rumours.get_mut(*told) else { return };
-            *place = Rumour { uav: index as u32 + 1, standing: member.standing.into() };
-            member.tellings -= 1;
-            *told += 1;
-        }
-    }
-
-    fn tell_rest(&mut self, rumours: &mut [Rumour; RUMOURS], told: &mut usize) {
-        let (news, count) = (*told, self.members.len());
-        for index in (self.cursor..self.cursor + count).map(|index| index % count) {
-            let rumour = Rumour { uav: index as u32 + 1, standing: self.members[index].standing.into() };
-            if rumour.standing == 0 || rumours[..news].contains(&rumour) {
-                continue;
-            }
-            let Some(place) = rumours.get_mut(*told) else { return };
-            *place = rumour;
-            *told += 1;
-            self.cursor = index + 1;
-        }
-    }
 }
 
-/// A number for one member, which exclusive or makes one for a set.
+/// A number for one UAV. The exclusive or of such numbers is the fingerprint of a set.
 fn fingerprint(uav: UavId) -> u64 {
-    // The multiplier of Knuth's MMIX generator spreads the numbers over all bits.
+    // The multiplier of Knuth's MMIX generator spreads small numbers over all bits.
     u64::from(uav.0).wrapping_mul(6_364_136_223_846_793_005).rotate_left(uav.0)
-}
-
-impl Member {
-    /// It was heard: where half the patience would have lasted for long, half is enough.
-    fn speaks(&mut self, now: Tick, timeout_ticks: i64) {
-        let silence = self.sign.map_or(0, |sign| now.since(sign));
-        self.sign = Some(now);
-        self.longest_ticks = self.longest_ticks.max(silence);
-        if self.patience_ticks > timeout_ticks && now.since(self.patient_since) >= 2 * self.patience_ticks {
-            let is_too_much = 2 * SUSPICION * self.longest_ticks < self.patience_ticks;
-            self.be_patient(if is_too_much { self.patience_ticks / 2 } else { self.patience_ticks }, now);
-        }
-    }
-
-    /// It lives on: where it was doubted, its silence is no sign, and patience grows.
-    fn refutes(&mut self, now: Tick, timeout_ticks: i64) {
-        self.sign = Some(now);
-        if self.is_doubted {
-            self.is_doubted = false;
-            self.be_patient((2 * self.patience_ticks).min(PATIENCE_MAX * timeout_ticks), now);
-        }
-    }
-
-    fn be_patient(&mut self, ticks: i64, now: Tick) {
-        (self.patience_ticks, self.patient_since, self.longest_ticks) = (ticks, now, 0);
-    }
 }

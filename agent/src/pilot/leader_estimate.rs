@@ -1,39 +1,46 @@
-//! Where the leader is, also while it is silent, and without a jump when it is heard again.
+//! Where a UAV takes the leader to be, also while the leader is silent, and without a jump when it is heard again.
 //!
-//! Never flies a path of its own: a silent leader is where its last state leads.
+//! Never plans a path: a silent leader flies on along its last arc.
 
-use super::track::{Link, Track};
+use super::track::{NewestTrack, PeerTrack};
 use nalgebra::Vector2;
 use ringwing_flight::{LeaderState, Pose, Tick};
 use ringwing_scenario::DeadReckoning;
 
-/// What is left of a jump after a second.
+/// The part of a jump that is left after one second. Less corrects faster and moves the slots faster; 0 is the bare jump.
 const LEFT_AFTER_1_S: f64 = 0.37;
-/// A smaller jump is none: it is how two ways to the same place round.
-const SMALLEST_M: f64 = 1e-6;
+/// Ignore jumps below rounding error: two predictions of the same position differ by less than this. A larger value lets
+/// small jumps through.
+const SMALLEST_JUMP_M: f64 = 1e-6;
 
-/// The leader as it was heard.
+/// The leader as one UAV has received it.
 #[derive(Debug, Clone, Default)]
-pub struct Lead {
-    link: Link,
-    /// What the last estimate was made from.
-    used: Option<Track>,
-    /// From where it is by what was heard to where it is taken to be, which fades.
+pub(super) struct LeaderEstimate {
+    newest: NewestTrack,
+    /// The track of the last estimate.
+    used: Option<PeerTrack>,
+    /// From the predicted position to the estimate; it decays.
     offset: Vector2<f64>,
 }
 
-impl Lead {
+impl LeaderEstimate {
     /// Takes in what the leader sent.
-    pub fn hear(&mut self, state: &LeaderState) {
-        if let Some(track) = Track::of_leader(state) {
-            self.link.hear(track);
+    pub(super) fn receive(&mut self, state: &LeaderState) {
+        if let Some(track) = PeerTrack::of_leader(state) {
+            self.newest.update(track);
         }
     }
 
-    /// What was heard last, and where the leader is now; none before it was heard.
-    pub fn at(&mut self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Option<(Track, Pose)> {
-        let track = *self.link.newest()?;
-        let mut pose = track.reckoned(now, reckoning, period_s);
+    /// The newest track, and the leader's pose at `now`; `None` before anything was received.
+    pub(super) fn at(
+        &mut self,
+        now: Tick,
+        reckoning: DeadReckoning,
+        period_s: f64,
+    ) -> Option<(PeerTrack, Pose)> {
+        let track = *self.newest.get()?;
+        let mut pose = track.along_arc(now, reckoning, period_s);
+        // The paper's law uses what it received as it is.
         if reckoning == DeadReckoning::Full {
             self.smooth(&track, &pose, now, period_s);
             pose.position += self.offset;
@@ -41,13 +48,14 @@ impl Lead {
         Some((track, pose))
     }
 
-    fn smooth(&mut self, track: &Track, pose: &Pose, now: Tick, period_s: f64) {
+    /// Adds to the offset what the prediction jumped by with a new track, and lets the offset decay.
+    fn smooth(&mut self, track: &PeerTrack, pose: &Pose, now: Tick, period_s: f64) {
         if let Some(used) = self.used.filter(|used| used.tick != track.tick) {
-            let foreseen = used.reckoned(now, DeadReckoning::Full, period_s);
-            self.offset += foreseen.position - pose.position;
+            let without_news = used.along_arc(now, DeadReckoning::Full, period_s);
+            self.offset += without_news.position - pose.position;
         }
         self.used = Some(*track);
-        self.offset = if self.offset.norm() < SMALLEST_M {
+        self.offset = if self.offset.norm() < SMALLEST_JUMP_M {
             Vector2::zeros()
         } else {
             self.offset * libm::pow(LEFT_AFTER_1_S, period_s)
@@ -69,29 +77,29 @@ mod tests {
         }
     }
 
-    fn place(lead: &mut Lead, now: i64) -> nalgebra::Point2<f64> {
-        lead.at(Tick(now), DeadReckoning::Full, 0.01).unwrap().1.position
+    fn position(estimate: &mut LeaderEstimate, now: i64) -> nalgebra::Point2<f64> {
+        estimate.at(Tick(now), DeadReckoning::Full, 0.01).unwrap().1.position
     }
 
     #[test]
-    fn a_leader_that_comes_back_where_it_should_be_is_taken_at_its_word() {
-        let mut lead = Lead::default();
-        lead.hear(&leader(0, 0.0));
-        assert!((place(&mut lead, 1000).x - 150.0).abs() < 1e-9, "it flew on unheard");
-        lead.hear(&leader(1000, 0.0));
-        assert_eq!(place(&mut lead, 1001).y, 0.0);
-        assert_eq!(lead.offset, Vector2::zeros());
+    fn a_leader_that_returns_where_it_was_predicted_causes_no_offset() {
+        let mut estimate = LeaderEstimate::default();
+        estimate.receive(&leader(0, 0.0));
+        assert!((position(&mut estimate, 1000).x - 150.0).abs() < 1e-9, "it flies on while it is silent");
+        estimate.receive(&leader(1000, 0.0));
+        assert_eq!(position(&mut estimate, 1001).y, 0.0);
+        assert_eq!(estimate.offset, Vector2::zeros());
     }
 
     #[test]
-    fn a_leader_that_comes_back_elsewhere_makes_no_jump() {
-        let mut lead = Lead::default();
-        lead.hear(&leader(0, 0.0));
-        let before = place(&mut lead, 1000);
-        lead.hear(&leader(1000, 10.0));
-        let after = place(&mut lead, 1001);
+    fn a_leader_that_returns_elsewhere_is_approached_without_a_jump() {
+        let mut estimate = LeaderEstimate::default();
+        estimate.receive(&leader(0, 0.0));
+        let before = position(&mut estimate, 1000);
+        estimate.receive(&leader(1000, 10.0));
+        let after = position(&mut estimate, 1001);
         assert!((after - before).norm() < 0.3, "{after}");
-        let at_last = (1002..2500).map(|now| place(&mut lead, now).y).last().unwrap();
-        assert!((at_last - 10.0).abs() < 1e-4, "{at_last}");
+        let in_the_end = (1002..2500).map(|now| position(&mut estimate, now).y).last().unwrap();
+        assert!((in_the_end - 10.0).abs() < 1e-4, "{in_the_end}");
     }
 }

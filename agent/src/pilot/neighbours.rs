@@ -1,98 +1,96 @@
-//! What a UAV has heard of the others: where they are, and who lives.
+//! What a UAV has received from the other UAVs it listens to: where they are, and who is alive.
 //!
-//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::reception::arrivals).
+//! Never holds a sample before it can be used: early ones wait in the [arrivals](crate::reception::arrivals).
 
-use super::track::{Link, Track};
-use crate::membership::Membership;
+use super::track::{NewestTrack, PeerTrack};
+use crate::membership::MembershipView;
 use ringwing_flight::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
 use ringwing_scenario::Scenario;
 
-/// The others, as far as they are listened to.
+/// The UAVs that one UAV listens to.
 #[derive(Debug, Clone)]
-pub struct Neighbours {
-    heard: Vec<Heard>,
-    /// Whom to listen to; only a membership changes it.
+pub(super) struct Neighbours {
+    tracks: Vec<NeighbourTrack>,
     listened: Vec<UavId>,
-    /// Absent under a law that takes no notice of losses.
-    membership: Option<Membership>,
+    /// `None` under a law that ignores losses: then it listens to its two neighbours in the whole ring for ever.
+    membership: Option<MembershipView>,
 }
 
-/// What was heard of one.
 #[derive(Debug, Clone)]
-struct Heard {
+struct NeighbourTrack {
     uav: UavId,
-    link: Link,
+    newest: NewestTrack,
 }
 
 impl Neighbours {
-    /// Those of `own` in `scenario`; whoever says nothing for `timeout_ticks` may be lost.
-    pub fn new(scenario: &Scenario, own: UavId, timeout_ticks: i64) -> Self {
+    /// Those of `own` in `scenario`. A UAV that is silent for `timeout_ticks` may be declared lost.
+    pub(super) fn new(scenario: &Scenario, own: UavId, timeout_ticks: i64) -> Self {
         let count = scenario.formation.uavs;
         let closes = scenario.control.ring_closes;
-        let membership = closes.then(|| Membership::new(own, count, timeout_ticks));
+        let membership = closes.then(|| MembershipView::new(own, count, timeout_ticks));
         let listened = vec![own.previous(count), own.next(count)];
-        let mut neighbours = Self { heard: Vec::new(), listened, membership };
-        neighbours.attend();
+        let mut neighbours = Self { tracks: Vec::new(), listened, membership };
+        neighbours.update_tracks();
         neighbours
     }
 
     /// Takes in what one of them sent, in tick `now`.
-    pub fn hear(&mut self, state: &UavState, now: Tick) {
-        let Some(heard) = self.heard.iter_mut().find(|heard| heard.uav == state.uav) else { return };
-        let Some(track) = Track::of_uav(state) else { return };
-        heard.link.hear(track);
+    pub(super) fn receive(&mut self, state: &UavState, now: Tick) {
+        let Some(known) = self.tracks.iter_mut().find(|known| known.uav == state.uav) else { return };
+        let Some(track) = PeerTrack::of_uav(state) else { return };
+        known.newest.update(track);
         if let Some(membership) = &mut self.membership {
-            membership.hear(state, now);
+            membership.receive(state, now);
         }
     }
 
-    /// Judges who lives in tick `now`, after everything was heard.
-    pub fn update(&mut self, now: Tick) {
+    /// Judges who is alive in tick `now`, after everything was received.
+    pub(super) fn update(&mut self, now: Tick) {
         let Some(membership) = &mut self.membership else { return };
         membership.update(now);
         if membership.listened() != self.listened {
             self.listened.clear();
             self.listened.extend_from_slice(membership.listened());
-            self.attend();
+            self.update_tracks();
         }
     }
 
-    /// What `uav` was heard to say last.
-    pub fn newest(&self, uav: UavId) -> Option<&Track> {
-        self.heard.iter().find(|heard| heard.uav == uav)?.link.newest()
+    /// The newest track of `uav`.
+    pub(super) fn newest(&self, uav: UavId) -> Option<&PeerTrack> {
+        self.tracks.iter().find(|known| known.uav == uav)?.newest.get()
     }
 
-    /// Whom to listen to.
-    pub fn listened(&self) -> &[UavId] {
+    /// The UAVs to listen to.
+    pub(super) fn listened(&self) -> &[UavId] {
         &self.listened
     }
 
-    /// Whether `uav` is held for living.
-    pub fn lives(&self, uav: UavId) -> bool {
-        self.membership.as_ref().is_none_or(|membership| membership.lives(uav))
+    /// Whether this UAV holds `uav` for alive.
+    pub(super) fn is_alive(&self, uav: UavId) -> bool {
+        self.membership.as_ref().is_none_or(|membership| membership.is_alive(uav))
     }
 
-    /// Grows with each change of who lives.
-    pub fn revision(&self) -> u64 {
-        self.membership.as_ref().map_or(0, Membership::revision)
+    /// Grows with each change of who is alive.
+    pub(super) fn revision(&self) -> u64 {
+        self.membership.as_ref().map_or(0, MembershipView::revision)
     }
 
-    /// A number for the set of the lost: 0 for none, and equal where two UAVs agree.
-    pub fn lost_fingerprint(&self) -> u64 {
-        self.membership.as_ref().map_or(0, Membership::lost_fingerprint)
+    /// A fingerprint of the set of lost UAVs: 0 for the empty set, and equal where two UAVs agree.
+    pub(super) fn lost_fingerprint(&self) -> u64 {
+        self.membership.as_ref().map_or(0, MembershipView::lost_fingerprint)
     }
 
-    /// What to pass on in this tick.
-    pub fn rumours(&mut self) -> [Rumour; RUMOURS] {
-        self.membership.as_mut().map_or_else(Default::default, Membership::rumours)
+    /// The rumours to send in this tick.
+    pub(super) fn rumours(&mut self) -> [Rumour; RUMOURS] {
+        self.membership.as_mut().map_or_else(Default::default, MembershipView::rumours)
     }
 
-    /// Forgets those who are not listened to any more, and makes room for those who are now.
-    fn attend(&mut self) {
-        self.heard.retain(|heard| self.listened.contains(&heard.uav));
+    /// Drops the tracks of UAVs that it no longer listens to, and adds empty ones for new UAVs.
+    fn update_tracks(&mut self) {
+        self.tracks.retain(|known| self.listened.contains(&known.uav));
         for uav in &self.listened {
-            if self.heard.iter().all(|heard| heard.uav != *uav) {
-                self.heard.push(Heard { uav: *uav, link: Link::default() });
+            if self.tracks.iter().all(|known| known.uav != *uav) {
+                self.tracks.push(NeighbourTrack { uav: *uav, newest: NewestTrack::default() });
             }
         }
     }

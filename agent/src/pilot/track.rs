@@ -1,26 +1,26 @@
-//! What a UAV has heard of another: a ring neighbour or the leader.
+//! What a UAV has received of another UAV or of the leader, and where that one is now.
 //!
-//! Never hears of a tick before the next: what comes before its time waits in the [arrivals](crate::reception::arrivals).
+//! Never holds a sample before it can be used: early ones wait in the [arrivals](crate::reception::arrivals).
 
 use nalgebra::Point2;
 use ringwing_flight::{AgeTicks, LeaderState, Pose, Tick, UavState};
 use ringwing_scenario::DeadReckoning;
 
-/// A moving thing at one moment, and how it flies on from there.
+/// Where a UAV or the leader was at one tick, and how it flies on from there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Track {
-    /// The moment.
-    pub tick: Tick,
-    /// Where it was.
-    pub pose: Pose,
-    /// Speed from that moment on.
-    pub speed_m_s: f64,
-    /// Turn rate from that moment on.
-    pub turn_rate_rad_s: f64,
+pub(super) struct PeerTrack {
+    /// The tick of the sample.
+    pub(super) tick: Tick,
+    /// Where it was then.
+    pub(super) pose: Pose,
+    /// Its speed from that tick on.
+    pub(super) speed_m_s: f64,
+    /// Its turn rate from that tick on.
+    pub(super) turn_rate_rad_s: f64,
 }
 
-impl Track {
-    /// `None` where a number is not finite: no sender of ours sends such.
+impl PeerTrack {
+    /// `None` if a number is not finite: then the sample is damaged, because no sender of this project sends such numbers.
     fn new(
         tick: Tick,
         position_m: [f64; 2],
@@ -29,35 +29,37 @@ impl Track {
         turn_rate_rad_s: f64,
     ) -> Option<Self> {
         let [x, y] = position_m;
-        let finite = [x, y, heading_rad, speed_m_s, turn_rate_rad_s].iter().all(|number| number.is_finite());
+        let is_finite =
+            [x, y, heading_rad, speed_m_s, turn_rate_rad_s].iter().all(|number| number.is_finite());
         let pose = Pose { position: Point2::new(x, y), heading_rad };
-        finite.then_some(Self { tick, pose, speed_m_s, turn_rate_rad_s })
+        is_finite.then_some(Self { tick, pose, speed_m_s, turn_rate_rad_s })
     }
 
-    /// What a neighbour sent.
-    pub fn of_uav(state: &UavState) -> Option<Self> {
+    pub(super) fn of_uav(state: &UavState) -> Option<Self> {
         Self::new(state.tick, state.position_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s)
     }
 
-    /// What the leader sent.
-    pub fn of_leader(state: &LeaderState) -> Option<Self> {
+    pub(super) fn of_leader(state: &LeaderState) -> Option<Self> {
         Self::new(state.tick, state.position_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s)
     }
 
-    /// Where it is at `now`, predicted along its arc as far as `reckoning` allows.
-    pub fn reckoned(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
-        let duration_s = self.predicted(now, reckoning) as f64 * period_s;
+    /// Where the leader is at `now`: predicted along its arc, as far as `reckoning` allows.
+    pub(super) fn along_arc(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+        let duration_s = self.predicted_ticks(now, reckoning) as f64 * period_s;
         self.pose.after(self.speed_m_s, self.turn_rate_rad_s, duration_s)
     }
 
-    /// The same of a UAV, straight on from the second tick.
+    /// Where a UAV is at `now`: predicted along its arc for one tick and straight on after that, as far as `reckoning`
+    /// allows.
     ///
-    /// A UAV holds its turn rate for a tick; the stiff heading loop of Eq. (6) has another one for the next. Prolonged by
-    /// the seconds that data may be old, a moment's turn would be a wrong circle, and the swarm would swing by it.
-    pub fn foreseen(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
-        let predicted = self.predicted(now, reckoning);
+    /// A UAV holds its turn rate for one tick; then the stiff heading loop of Eq. (6) commands another one. Data may be
+    /// seconds old, and a momentary turn extended over seconds makes a circle that the UAV does not fly. The whole swarm
+    /// would follow it and oscillate.
+    pub(super) fn straight_after_one_tick(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+        let predicted = self.predicted_ticks(now, reckoning);
         let turned = predicted.min(1);
         let pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, turned as f64 * period_s);
+        // Skip a straight part of no length: it could still round the last bit.
         if predicted == turned {
             pose
         } else {
@@ -65,8 +67,7 @@ impl Track {
         }
     }
 
-    /// How many ticks ahead it is predicted.
-    fn predicted(&self, now: Tick, reckoning: DeadReckoning) -> i64 {
+    fn predicted_ticks(&self, now: Tick, reckoning: DeadReckoning) -> i64 {
         let age = now.since(self.tick);
         match reckoning {
             DeadReckoning::Off => 0,
@@ -76,28 +77,25 @@ impl Track {
     }
 }
 
-/// The newest that was heard of one other.
+/// The newest track of one sender.
 #[derive(Debug, Clone, Default)]
-pub struct Link {
-    heard: Option<Track>,
-}
+pub(super) struct NewestTrack(Option<PeerTrack>);
 
-impl Link {
-    /// Takes in what came, in whatever order.
-    pub fn hear(&mut self, track: Track) {
-        if self.heard.is_none_or(|heard| heard.tick < track.tick) {
-            self.heard = Some(track);
+impl NewestTrack {
+    /// Keeps `track` if it is newer than what is known: links with faults deliver out of order.
+    pub(super) fn update(&mut self, track: PeerTrack) {
+        if self.0.is_none_or(|known| known.tick < track.tick) {
+            self.0 = Some(track);
         }
     }
 
-    /// The newest that was heard.
-    pub fn newest(&self) -> Option<&Track> {
-        self.heard.as_ref()
+    pub(super) fn get(&self) -> Option<&PeerTrack> {
+        self.0.as_ref()
     }
 }
 
-/// How old `track` is at `now`, or that there is none.
-pub fn age(track: Option<&Track>, now: Tick) -> AgeTicks {
+/// The age of `track` at `now`, or "never received".
+pub(super) fn age(track: Option<&PeerTrack>, now: Tick) -> AgeTicks {
     track.map_or(AgeTicks::NEVER, |track| AgeTicks::between(track.tick, now))
 }
 
@@ -105,46 +103,52 @@ pub fn age(track: Option<&Track>, now: Tick) -> AgeTicks {
 mod tests {
     use super::*;
 
-    fn at(tick: i64) -> Track {
-        Track::new(Tick(tick), [tick as f64, 0.0], 0.0, 15.0, 0.0).unwrap()
+    fn at(tick: i64) -> PeerTrack {
+        PeerTrack::new(Tick(tick), [tick as f64, 0.0], 0.0, 15.0, 0.0).unwrap()
     }
 
     #[test]
-    fn what_comes_late_does_not_replace_what_is_newer() {
-        let mut link = Link::default();
+    fn a_late_sample_does_not_replace_a_newer_one() {
+        let mut newest = NewestTrack::default();
         for tick in [7, 8, 10, 9, 2] {
-            link.hear(at(tick));
+            newest.update(at(tick));
         }
-        assert_eq!(link.newest(), Some(&at(10)));
+        assert_eq!(newest.get(), Some(&at(10)));
     }
 
     #[test]
-    fn old_data_are_predicted_as_far_as_allowed() {
-        let x = |reckoning| at(0).reckoned(Tick(20), reckoning, 0.01).position.x;
+    fn old_data_are_predicted_as_far_as_dead_reckoning_allows() {
+        let x = |reckoning| at(0).along_arc(Tick(20), reckoning, 0.01).position.x;
         assert!((x(DeadReckoning::Off) - 0.0).abs() < 1e-12);
         assert!((x(DeadReckoning::Tick) - 0.15).abs() < 1e-12);
         assert!((x(DeadReckoning::Full) - 3.0).abs() < 1e-12);
     }
 
     #[test]
-    fn a_uav_is_foreseen_to_turn_for_a_tick_and_a_leader_all_the_time() {
-        let turning = Track { turn_rate_rad_s: 0.5, ..at(0) };
-        let heading = |pose: Pose| pose.heading_rad;
+    fn a_uav_is_predicted_to_turn_for_one_tick_and_the_leader_for_the_whole_time() {
+        let turning = PeerTrack { turn_rate_rad_s: 0.5, ..at(0) };
         let full = DeadReckoning::Full;
-        assert!((heading(turning.reckoned(Tick(200), full, 0.01)) - 1.0).abs() < 1e-12);
-        assert!((heading(turning.foreseen(Tick(200), full, 0.01)) - 0.005).abs() < 1e-12);
-        assert_eq!(turning.foreseen(Tick(1), full, 0.01), turning.reckoned(Tick(1), full, 0.01));
-        assert_eq!(turning.foreseen(Tick(200), DeadReckoning::Off, 0.01), turning.pose);
+        let (leader, uav) = (
+            turning.along_arc(Tick(200), full, 0.01),
+            turning.straight_after_one_tick(Tick(200), full, 0.01),
+        );
+        assert!((leader.heading_rad - 1.0).abs() < 1e-12);
+        assert!((uav.heading_rad - 0.005).abs() < 1e-12);
+        assert_eq!(
+            turning.straight_after_one_tick(Tick(1), full, 0.01),
+            turning.along_arc(Tick(1), full, 0.01)
+        );
+        assert_eq!(turning.straight_after_one_tick(Tick(200), DeadReckoning::Off, 0.01), turning.pose);
     }
 
     #[test]
-    fn what_is_not_finite_is_not_heard() {
-        assert_eq!(Track::new(Tick(0), [f64::NAN, 0.0], 0.0, 15.0, 0.0), None);
-        assert_eq!(Track::new(Tick(0), [0.0, 0.0], 0.0, f64::INFINITY, 0.0), None);
+    fn a_sample_with_a_number_that_is_not_finite_is_ignored() {
+        assert_eq!(PeerTrack::new(Tick(0), [f64::NAN, 0.0], 0.0, 15.0, 0.0), None);
+        assert_eq!(PeerTrack::new(Tick(0), [0.0, 0.0], 0.0, f64::INFINITY, 0.0), None);
     }
 
     #[test]
-    fn what_was_never_heard_has_no_age() {
+    fn data_that_were_never_received_have_no_age() {
         assert_eq!(age(None, Tick(5)).ticks(), None);
         assert_eq!(age(Some(&at(2)), Tick(5)).ticks(), Some(3));
     }

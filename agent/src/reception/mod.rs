@@ -142,3 +142,6 @@ impl<T: Sample> LinkReceiver<T> {
         (!self.link.is_clear()).then(|| self.link.counts(now))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -156,7 +156,7 @@ mod tests {
     use super::*;
     use crate::{schema::EventWriter, testing};
     use ringwing_flight::{AfterLoss, FlightMode, ProcessEnd, Tick, TimedEvent};
-    use ringwing_scenario::Obstacle;
+    use ringwing_scenario::ObstacleSection;
 
     const LEADER: Part = Part::Leader;
 
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn an_obstacle_named_like_a_uav_does_not_mark_that_uav_as_collided() {
         let mut scenario = testing::ring_of(3, 40.0);
-        scenario.obstacles = vec![Obstacle { name: "uav 2".into(), ..testing::obstacle([0.0, 0.0]) }];
+        scenario.obstacles = vec![ObstacleSection { name: "uav 2".into(), ..testing::obstacle([0.0, 0.0]) }];
         let event = TimedEvent { tick: Tick(0), event: hit(1, Collider::Obstacle(0)) };
         let message = EventWriter::new(&scenario).message(&event);
         assert_eq!(message.text, "uav 1 and uav 2 at (1.0, -2.0) m");

@@ -164,7 +164,16 @@ impl Lifecycle {
     /// A process that has not been spawned yet, and will not be if the user starts it by hand.
     pub(super) fn new(part: Part, limits: SupervisionLimits, is_by_hand: bool) -> Self {
         let phase = if is_by_hand { Phase::Awaited } else { Phase::Absent };
-        Self { part, limits, is_by_hand, phase, requested: None, pending: None, was_thawed: false, replacements: 0 }
+        Self {
+            part,
+            limits,
+            is_by_hand,
+            phase,
+            requested: None,
+            pending: None,
+            was_thawed: false,
+            replacements: 0,
+        }
     }
 
     /// The process id, if the process exists.

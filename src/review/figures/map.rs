@@ -9,7 +9,7 @@ use crate::{
     },
 };
 use plotters::style::RGBColor;
-use ringwing_scenario::Obstacle;
+use ringwing_scenario::ObstacleSection;
 use std::f64::consts::TAU;
 
 /// Corners of a circle. With fewer, large circles look angular.
@@ -73,7 +73,7 @@ fn ring(flight: &LoggedFlight, share: f64) -> Vec<Option<(f64, f64)>> {
 }
 
 /// An obstacle's body, and the circle within which it repels.
-fn circles(obstacle: &Obstacle) -> [Line; 2] {
+fn circles(obstacle: &ObstacleSection) -> [Line; 2] {
     let circle = |radius_m: f64| {
         let corner = |number: u32| {
             let (sin, cos) = (TAU * f64::from(number) / f64::from(CORNERS)).sin_cos();

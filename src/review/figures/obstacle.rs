@@ -7,7 +7,7 @@ use crate::{
     drawing::chart::{Chart, Stroke},
     review::flight::{Column, LoggedFlight, UavColumns},
 };
-use ringwing_scenario::Obstacle;
+use ringwing_scenario::ObstacleSection;
 use std::ops::RangeInclusive;
 
 /// Time shown before the first and after the last UAV is within the braking distance. Without it, lines would begin and
@@ -25,7 +25,7 @@ struct Repelled {
 }
 
 /// The figures of an obstacle, which is the `number`th of the scenario; only the close-up if it repelled no UAV.
-pub(super) fn figures(flight: &LoggedFlight, number: usize, obstacle: &Obstacle) -> Vec<FlightFigure> {
+pub(super) fn figures(flight: &LoggedFlight, number: usize, obstacle: &ObstacleSection) -> Vec<FlightFigure> {
     let repelled = repelled(flight, obstacle);
     let mut figures = vec![close_up(flight, number, obstacle)];
     if repelled.is_empty() {
@@ -44,7 +44,7 @@ pub(super) fn figures(flight: &LoggedFlight, number: usize, obstacle: &Obstacle)
 fn distances(
     flight: &LoggedFlight,
     number: usize,
-    obstacle: &Obstacle,
+    obstacle: &ObstacleSection,
     repelled: &[Repelled],
 ) -> FlightFigure {
     let columns = repelled.iter().map(|one| (name_of(one.uav), colour(one.uav), one.distance_m.clone()));
@@ -62,7 +62,7 @@ fn distances(
 fn repulsions(
     flight: &LoggedFlight,
     number: usize,
-    obstacle: &Obstacle,
+    obstacle: &ObstacleSection,
     repelled: &[Repelled],
 ) -> FlightFigure {
     let columns = repelled.iter().map(|one| {
@@ -82,7 +82,7 @@ fn repulsions(
 }
 
 /// The UAVs that an obstacle repelled, at most those that came closest, by ascending number.
-fn repelled(flight: &LoggedFlight, obstacle: &Obstacle) -> Vec<Repelled> {
+fn repelled(flight: &LoggedFlight, obstacle: &ObstacleSection) -> Vec<Repelled> {
     let [x, y] = obstacle.position_m;
     let distance = |uav: &UavColumns| -> Column {
         let places = points(&uav.x_m, &uav.y_m).into_iter();
@@ -103,7 +103,7 @@ fn repelled(flight: &LoggedFlight, obstacle: &Obstacle) -> Vec<Repelled> {
 }
 
 /// The time during which any UAV was within the braking distance, with a margin.
-fn window_s(flight: &LoggedFlight, obstacle: &Obstacle, repelled: &[Repelled]) -> RangeInclusive<f64> {
+fn window_s(flight: &LoggedFlight, obstacle: &ObstacleSection, repelled: &[Repelled]) -> RangeInclusive<f64> {
     let is_any_near = |tick: &usize| {
         let is_near =
             |one: &Repelled| one.distance_m[*tick].is_some_and(|it| it < obstacle.braking_distance_m);
@@ -115,7 +115,7 @@ fn window_s(flight: &LoggedFlight, obstacle: &Obstacle, repelled: &[Repelled]) -
 }
 
 /// The trajectories near an obstacle.
-fn close_up(flight: &LoggedFlight, number: usize, obstacle: &Obstacle) -> FlightFigure {
+fn close_up(flight: &LoggedFlight, number: usize, obstacle: &ObstacleSection) -> FlightFigure {
     let [x, y] = obstacle.position_m;
     let half_width_m = CLOSE_UP.0 * obstacle.braking_distance_m;
     let half_height_m = CLOSE_UP.1 * obstacle.braking_distance_m;
