@@ -1,4 +1,6 @@
-//! `ringwing run`: flies a scenario and says how it went.
+//! `ringwing run`: flies a scenario and reports how it went.
+//!
+//! Must never start a process or judge a flight: the launcher flies, and the summary judges.
 
 use crate::{
     WrongUsage,
