@@ -11,6 +11,8 @@
 //! Each room uses only those above it. Must never change the flight: the recorder sends nothing that an airframe, an
 //! agent or the leader receives.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod clock;
 mod error;
 pub mod flat;
@@ -24,8 +26,5 @@ mod testing;
 
 pub use error::RecorderError;
 pub use log::gap::Gap;
-pub use metrics::{
-    FlightSummary, Metrics,
-    verdict::{self, judge},
-};
+pub use metrics::{FlightSummary, Metrics, judge};
 pub use process::{Args, recording::RecorderReport, run};

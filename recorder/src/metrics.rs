@@ -14,7 +14,7 @@ mod recovery;
 mod ring;
 mod settling;
 mod summary;
-pub mod verdict;
+mod verdict;
 
 pub use coherence::Coherence;
 pub use frame::{AirframeSample, ControlTerms, Frame, Samples, TrueState, UavFrame};
@@ -23,6 +23,7 @@ pub use pairs::{Pair, Pairs};
 pub use recovery::FaultRecovery;
 pub use ring::FlownRing;
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
+pub use verdict::judge;
 
 use agreement::AgreementWatch;
 use links::LinkTally;

@@ -10,9 +10,8 @@ use crate::{RecorderError, RecorderReport, clock::Clock, log::Opening, metrics::
 use assembly::{Assembled, Assembly};
 use recording::Recording;
 use ringwing_bus::{
-    DomainId, Gate, Member, Publisher, Stamps, Subscriber,
-    channel::{self, RECORDER_DEPTH},
-    report,
+    Gate, Member, MemberArgs, Publisher, Stamps, Subscriber, report,
+    services::{self, RECORDER_DEPTH},
 };
 use ringwing_flight::{
     Account, EventMessage, FormationError, LeaderState, LinkCounts, Part, Sensed, Tick, TickTiming, UavId,
@@ -24,15 +23,12 @@ use std::{path::PathBuf, time::Duration};
 /// Records the flight of a run: one MCAP file, and the flight's measures.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The run to record, as `ringwing run` prints it.
-    #[arg(long, value_name = "ID")]
-    pub domain: DomainId,
-    /// End when this process does, which started this one.
-    #[arg(long, value_name = "PID")]
-    pub launcher: Option<u32>,
+    /// Which run to record.
+    #[command(flatten)]
+    pub member: MemberArgs,
     /// The log to write; without it, the flight is only measured.
     ///
-    /// A log of this flight that is there already is one whose recorder died: it is taken over.
+    /// If the file is a log of this flight whose recorder died, the new recorder continues it.
     #[arg(long, value_name = "PATH")]
     pub log: Option<PathBuf>,
     /// Keep wall-clock times out of the log: equal flights then make equal files, byte for byte.
@@ -51,19 +47,19 @@ const PROGRESS_HZ: u32 = 20;
 
 /// Records until the flight ends or the process is asked to stop.
 pub fn run(args: &Args) -> Result<(), RecorderError> {
-    let member = Member::join(&args.domain, Part::Recorder, args.launcher)?;
-    let text = member.domain().scenario()?;
-    let scenario = Scenario::resolved(&text)?;
-    let opening = Opening { scenario: &scenario, text: &text, timing: !args.no_timing };
+    let member = Member::join(&args.member, Part::Recorder)?;
+    let text = member.domain().scenario_text()?;
+    let scenario = member.scenario();
+    let opening = Opening { scenario, text: &text, timing: !args.no_timing };
     // Subscribe first: the flight may go on while a log is taken over.
     let ports = Ports::open(&member, &opening)?;
     let begun = has_begun(&member.domain().gate()?);
-    let mut inbox = Inbox::new(Recording::begin(args.log.as_deref(), &opening, begun)?, &scenario);
-    let gate = member.attend()?;
+    let mut inbox = Inbox::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
+    let gate = member.announce_ready()?;
     let outcome = inbox.record(&member, &gate, &ports).and_then(|()| inbox.finish(&member));
     let problem = outcome.as_ref().err().map(ToString::to_string);
     let report = RecorderReport { problem, ..inbox.recording.report() };
-    member.domain().leave_report(report::RECORDER, &report)?;
+    member.domain().write_report(report::RECORDER, &report)?;
     outcome
 }
 
@@ -165,20 +161,20 @@ struct Ports {
 impl Ports {
     fn open(member: &Member, opening: &Opening) -> Result<Self, RecorderError> {
         let (node, count) = (member.node(), opening.scenario.formation.uavs);
-        let sensed = |uav| Ok((uav, channel::sensed(uav).subscriber(node, RECORDER_DEPTH)?));
-        let account = |uav| Ok((uav, channel::account(uav).subscriber(node, RECORDER_DEPTH)?));
-        let timing = || channel::timing().subscriber(node, RECORDER_DEPTH);
+        let sensed = |uav| Ok((uav, services::sensed(uav).subscriber(node, RECORDER_DEPTH)?));
+        let account = |uav| Ok((uav, services::account(uav).subscriber(node, RECORDER_DEPTH)?));
+        let timing = || services::timing().subscriber(node, RECORDER_DEPTH);
         Ok(Self {
             sensed: UavId::all(count).map(sensed).collect::<Result<_, RecorderError>>()?,
             accounts: UavId::all(count).map(account).collect::<Result<_, RecorderError>>()?,
-            leader: channel::leader(count).subscriber(node, RECORDER_DEPTH)?,
-            links: channel::links(count).subscriber(node, RECORDER_DEPTH)?,
+            leader: services::leader(count).subscriber(node, RECORDER_DEPTH)?,
+            links: services::links(count).subscriber(node, RECORDER_DEPTH)?,
             timing: opening.timing.then(timing).transpose()?,
             events: [
-                channel::world_events().subscriber(node, RECORDER_DEPTH)?,
-                channel::launcher_events().subscriber(node, RECORDER_DEPTH)?,
+                services::world_events().subscriber(node, RECORDER_DEPTH)?,
+                services::launcher_events().subscriber(node, RECORDER_DEPTH)?,
             ],
-            formation_error: channel::formation_error().publisher(node)?,
+            formation_error: services::formation_error().publisher(node)?,
         })
     }
 

@@ -10,8 +10,8 @@ mod swarm;
 pub mod topics;
 mod uav;
 
+pub use event::LoggedEvent;
 pub(crate) use event::{EventWriter, log_line};
-pub use event::{LoggedEvent, event_text};
 pub use run::{Faults, LinkCounts, Timing};
 pub(crate) use swarm::rounded;
 pub use swarm::{SwarmMetrics, SwarmState, SwarmUav};

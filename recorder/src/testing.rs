@@ -9,7 +9,7 @@ use nalgebra::Point2;
 use ringwing_flight::{
     Account, AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Tick, UavId,
 };
-use ringwing_scenario::{FormationSection, Obstacle, Scenario};
+use ringwing_scenario::{FormationSection, ObstacleSection, Scenario};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -32,8 +32,8 @@ pub(crate) fn slow_ring() -> Scenario {
 }
 
 /// An obstacle of 10 m radius that repels from 30 m.
-pub(crate) fn obstacle(position_m: [f64; 2]) -> Obstacle {
-    Obstacle { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
+pub(crate) fn obstacle(position_m: [f64; 2]) -> ObstacleSection {
+    ObstacleSection { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
 }
 
 /// What begins the log of `scenario`, without wall-clock times.
@@ -142,6 +142,14 @@ pub(crate) fn record_and_die(path: &Path, scenario: &Scenario, frames: &[Frame])
     let mut recording = recording(path, scenario);
     observe(&mut recording, frames);
     std::mem::forget(recording);
+}
+
+/// The bytes of a log of twelve ticks and several chunks: finished by `record`, or cut short by `record_and_die`.
+pub(crate) fn small_log(make: fn(&Path, &Scenario, &[Frame])) -> Vec<u8> {
+    let (_folder, path) = place();
+    let scenario = slow_ring();
+    make(&path, &scenario, &flight(&scenario, 0..12));
+    std::fs::read(&path).unwrap()
 }
 
 /// A place for a log, and the folder that goes with it.

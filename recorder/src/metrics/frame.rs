@@ -154,6 +154,7 @@ impl TrueState {
 /// The terms of `f_i` are rounded to single precision, as the log has them, so that a flight gives the same numbers
 /// live and read again.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "four independent facts, each plotted by itself")]
 pub struct ControlTerms {
     /// `v_i`.
     pub speed_command_m_s: f64,

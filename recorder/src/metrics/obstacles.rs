@@ -3,12 +3,12 @@
 use super::ObstacleSummary;
 use nalgebra::Point2;
 use ringwing_flight::Tick;
-use ringwing_scenario::Obstacle;
+use ringwing_scenario::ObstacleSection;
 
 /// Watches one obstacle.
 #[derive(Debug, Clone)]
 pub(super) struct ObstacleWatch {
-    obstacle: Obstacle,
+    obstacle: ObstacleSection,
     /// How near each UAV came, UAV 1 first; none for those that were never seen.
     nearest: Vec<Option<Nearest>>,
 }
@@ -21,7 +21,7 @@ struct Nearest {
 }
 
 impl ObstacleWatch {
-    pub(super) fn new(obstacle: &Obstacle) -> Self {
+    pub(super) fn new(obstacle: &ObstacleSection) -> Self {
         Self { obstacle: obstacle.clone(), nearest: Vec::new() }
     }
 

@@ -11,11 +11,11 @@ use crate::{
         replay::Past,
         takeover,
     },
-    metrics::{FlightSummary, Frame, Moment, verdict::judge},
+    metrics::{FlightSummary, Frame, Moment, judge},
     show::view::Viewer,
 };
 use ringwing_flight::{Event, GapCause, Tick, TickTiming, TimedEvent, WorldReport};
-use ringwing_scenario::Requirements;
+use ringwing_scenario::RequirementsSection;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path, time::Duration};
@@ -39,7 +39,7 @@ pub(crate) struct Recording {
     metrics: Metrics,
     gaps: Gaps,
     viewer: Viewer,
-    requirements: Requirements,
+    requirements: RequirementsSection,
     timing: bool,
     /// Why the ticks before the first frame are missing, if they are.
     first_cause: GapCause,

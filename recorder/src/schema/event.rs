@@ -5,7 +5,7 @@
 use crate::clock::Clock;
 use foxglove::messages::{Log, log};
 use ringwing_flight::{Collider, Event, Level, Part, TimedEvent, UavId};
-use ringwing_scenario::{Obstacle, Scenario};
+use ringwing_scenario::Scenario;
 
 /// One event with every field that it has: `/events`.
 ///
@@ -61,13 +61,14 @@ impl LoggedEvent {
 #[derive(Debug, Clone)]
 pub(crate) struct EventWriter {
     clock: Clock,
-    obstacles: Vec<Obstacle>,
+    /// Names the obstacles that events refer to.
+    scenario: Scenario,
 }
 
 impl EventWriter {
     /// For the events of a flight of `scenario`.
     pub(crate) fn new(scenario: &Scenario) -> Self {
-        Self { clock: Clock::new(scenario.time.rate_hz), obstacles: scenario.obstacles.clone() }
+        Self { clock: Clock::new(scenario.time.rate_hz), scenario: scenario.clone() }
     }
 
     /// The message for `/events`.
@@ -83,13 +84,13 @@ impl EventWriter {
             other_uav: collider.map_or(0, |with| if let Collider::Uav(other) = with { other.0 } else { 0 }),
             process: part(event).map_or_else(String::new, Part::node_name),
             obstacle: match collider {
-                Some(Collider::Obstacle(index)) => obstacle_name(&self.obstacles, index),
+                Some(Collider::Obstacle(index)) => self.scenario.obstacle_name(index),
                 _ => String::new(),
             },
             x_m,
             y_m,
             sentence: sentence(event).into(),
-            text: event_text(event, &self.obstacles),
+            text: self.scenario.event_text(event),
             json: serde_json::to_string(timed).expect("an event is plain data"),
         }
     }
@@ -97,19 +98,8 @@ impl EventWriter {
     /// The line for `/log`.
     pub(crate) fn line(&self, timed: &TimedEvent) -> Log {
         let event = &timed.event;
-        log_line(self.clock, timed.tick.0, event.level(), event.name(), &event_text(event, &self.obstacles))
+        log_line(self.clock, timed.tick.0, event.level(), event.name(), &self.scenario.event_text(event))
     }
-}
-
-/// The sentence about `event` in a flight among `obstacles`.
-pub fn event_text(event: &Event, obstacles: &[Obstacle]) -> String {
-    event.text(|index| obstacle_name(obstacles, index))
-}
-
-fn obstacle_name(obstacles: &[Obstacle], index: u32) -> String {
-    // An event from a damaged log may name an obstacle that its scenario does not have.
-    let name = obstacles.get(index as usize).map(|obstacle| obstacle.name.clone());
-    name.unwrap_or_else(|| format!("obstacle {}", index + 1))
 }
 
 /// A line of `/log`: something of the kind `name` happened at `tick`.
@@ -220,12 +210,5 @@ mod tests {
         let message =
             LoggedEvent { json: "{\"tick\":3,\"kind\":\"of_the_future\"}".into(), ..LoggedEvent::default() };
         assert_eq!(message.event(), None);
-    }
-
-    #[test]
-    fn an_obstacle_that_the_scenario_lacks_is_named_by_its_number() {
-        let writer = EventWriter::new(&testing::ring_of(3, 40.0));
-        let hit = Event::Collision { uav: UavId(1), with: Collider::Obstacle(4), position_m: [0.0, 0.0] };
-        assert_eq!(writer.line(&at(0, hit)).message, "uav 1 and obstacle 5 at (0.0, 0.0) m");
     }
 }

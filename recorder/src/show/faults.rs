@@ -1,7 +1,7 @@
-//! What is wrong at a moment, from the events so far and from who flies: `/faults`.
+//! Follows what is wrong with processes, airframes and links, from events and from flight modes: `/faults`.
 //!
-//! Must never guess at a cause: it names the processes that are lost or frozen, and the UAVs that are in their failsafe or
-//! have collided.
+//! Never guesses a cause: it names the processes that are lost or frozen, and the UAVs that are in their failsafe or have
+//! collided.
 
 use crate::{
     metrics::{Frame, TrueState},
@@ -10,37 +10,41 @@ use crate::{
 use ringwing_flight::{Collider, Event, Part, ProcessAction, UavId};
 use std::collections::BTreeSet;
 
-/// The processes, or the UAVs by their agents, that are wrong in one way. UAVs come last, in the order of their numbers.
+/// Processes that share a fault; a UAV is named by its agent. UAVs come last, by ascending number.
 type Parts = BTreeSet<Part>;
 
-/// Follows what goes wrong and what comes right again.
+/// The faults in force at a moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct FaultWatch {
+    /// Ended, and not replaced yet.
     lost: Parts,
+    /// Stopped by SIGSTOP.
     frozen: Parts,
+    /// Airframes controlled by their failsafe, or vanished.
     failsafe: Parts,
+    /// UAVs that ever collided.
     collided: Parts,
-    /// What is wrong with links and slow processes because somebody asked for it.
+    /// The sentences of link faults and delayed answers in force.
     asked: BTreeSet<String>,
-    /// Who was ever in the sky, UAV 1 first.
+    /// Whether each UAV was ever in the sky, UAV 1 first.
     seen: Vec<bool>,
 }
 
-/// How a UAV is doing.
+/// The condition of a UAV, the mildest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Condition {
-    /// As it should.
+    /// Nothing is wrong.
     Sound,
-    /// Its agent is gone or stopped, and its airframe has not noticed yet.
+    /// The agent is lost or frozen, but the failsafe has not taken over yet.
     Lost,
-    /// Without its agent.
+    /// The failsafe has taken over.
     Failsafe,
-    /// Has run into something.
+    /// It collided with a UAV or an obstacle.
     Collided,
 }
 
 impl FaultWatch {
-    /// Takes an event.
+    /// Updates the faults by an event.
     pub(crate) fn on_event(&mut self, event: &Event) {
         use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
         match event {
@@ -75,8 +79,9 @@ impl FaultWatch {
         }
     }
 
-    /// Takes who flies and how; a torn frame does not know.
+    /// Updates the failsafes by the flight modes in `frame`.
     pub(crate) fn observe(&mut self, frame: &Frame) {
+        // An incomplete frame lacks UAVs that may well be in the sky.
         if frame.torn {
             return;
         }
@@ -85,6 +90,7 @@ impl FaultWatch {
             let agent = Part::Agent(UavId(number));
             let is_commanded = now.state.as_ref().map(TrueState::is_commanded);
             *seen |= is_commanded.is_some();
+            // A UAV that left the sky has vanished by its failsafe; one that was never there has not started yet.
             if is_commanded.unwrap_or(!*seen) {
                 self.failsafe.remove(&agent);
             } else {
@@ -93,7 +99,7 @@ impl FaultWatch {
         }
     }
 
-    /// How UAV number `uav` is doing; the worst counts.
+    /// The condition of UAV number `uav`: the worst that applies.
     pub(crate) fn condition(&self, uav: u32) -> Condition {
         let agent = Part::Agent(UavId(uav));
         if self.collided.contains(&agent) {
@@ -107,7 +113,7 @@ impl FaultWatch {
         }
     }
 
-    /// All of it, as of `tick`.
+    /// The faults in force at `tick`, as the log has them.
     pub(crate) fn message(&self, tick: i64) -> Faults {
         Faults {
             tick,
@@ -125,6 +131,7 @@ impl FaultWatch {
         }
     }
 
+    /// All faults in one line; `none` if nothing is wrong.
     fn summary(&self) -> String {
         let kinds = [
             ("lost", &self.lost),
@@ -149,7 +156,7 @@ mod tests {
     use super::*;
     use crate::{schema::EventWriter, testing};
     use ringwing_flight::{AfterLoss, FlightMode, ProcessEnd, Tick, TimedEvent};
-    use ringwing_scenario::Obstacle;
+    use ringwing_scenario::ObstacleSection;
 
     const LEADER: Part = Part::Leader;
 
@@ -167,12 +174,14 @@ mod tests {
 
     fn watch(events: &[Event]) -> FaultWatch {
         let mut watch = FaultWatch::default();
-        events.iter().for_each(|event| watch.on_event(event));
+        for event in events {
+            watch.on_event(event);
+        }
         watch
     }
 
     #[test]
-    fn a_process_is_named_as_faulty_until_it_is_well_again() {
+    fn a_process_is_named_until_its_fault_is_over() {
         let (end, then) = (ProcessEnd::Killed(9), AfterLoss::Replaced);
         let mut watch =
             watch(&[Event::ProcessFrozen { part: agent(2) }, Event::ProcessLost { part: LEADER, end, then }]);
@@ -185,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_that_was_asked_for_is_in_force_until_it_is_healed() {
+    fn a_requested_fault_is_in_force_until_it_is_healed() {
         let sentence = || "link 2->3 hold".to_owned();
         let mut watch = watch(&[
             fault(agent(3), ProcessAction::Kill { returns: true }),
@@ -207,7 +216,7 @@ mod tests {
     #[test]
     fn an_obstacle_named_like_a_uav_does_not_mark_that_uav_as_collided() {
         let mut scenario = testing::ring_of(3, 40.0);
-        scenario.obstacles = vec![Obstacle { name: "uav 2".into(), ..testing::obstacle([0.0, 0.0]) }];
+        scenario.obstacles = vec![ObstacleSection { name: "uav 2".into(), ..testing::obstacle([0.0, 0.0]) }];
         let event = TimedEvent { tick: Tick(0), event: hit(1, Collider::Obstacle(0)) };
         let message = EventWriter::new(&scenario).message(&event);
         assert_eq!(message.text, "uav 1 and uav 2 at (1.0, -2.0) m");
@@ -217,13 +226,13 @@ mod tests {
     }
 
     #[test]
-    fn who_loiters_or_has_left_the_sky_is_in_its_failsafe() {
+    fn a_uav_that_loiters_or_left_the_sky_is_in_its_failsafe() {
         let scenario = testing::ring_of(3, 40.0);
         let mut watch = FaultWatch::default();
         let mut frame = testing::at_rest(&scenario, 0);
         frame.uavs[2].state = None;
         watch.observe(&frame);
-        assert_eq!(watch.message(0).failsafe, 0, "one that never came is not in its failsafe");
+        assert_eq!(watch.message(0).failsafe, 0, "a UAV that never started is not in its failsafe");
         frame.uavs[0].state.as_mut().unwrap().mode = FlightMode::LOITER;
         frame.uavs[1].state = None;
         watch.observe(&Frame { torn: true, ..frame.clone() });

@@ -15,7 +15,7 @@ use crate::{
 };
 use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Pose, PoseInFrame, SceneUpdate, Vector3};
 use ringwing_flight::{Event, Formation, LeaderState};
-use ringwing_scenario::{Obstacle, Scenario};
+use ringwing_scenario::{ObstacleSection, Scenario};
 
 // Messages per simulated second. Raw states are logged every tick; higher rates here only make the log larger, and
 // lower ones make playback jerky or late.
@@ -54,7 +54,7 @@ pub(crate) struct TickView {
 pub(crate) struct Viewer {
     clock: Clock,
     formation: Formation,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<ObstacleSection>,
     earth: Earth,
     /// Whether the ring closes after a loss, so that links skip the lost UAVs.
     closes: bool,

@@ -2,7 +2,7 @@
 
 use super::{ShownLog, panel::Panels};
 use crate::{schema::topics, show::palette};
-use ringwing_scenario::{Obstacle, Scenario};
+use ringwing_scenario::{ObstacleSection, Scenario};
 use serde_json::{Map, Value, json};
 
 /// Topics of the 3D panel. Viewers hide topics that a layout does not list.
@@ -26,7 +26,7 @@ pub(super) fn following(shown: &ShownLog, panels: &mut Panels) -> Value {
 }
 
 /// A 3D panel that looks down on an obstacle from straight above.
-pub(super) fn above_obstacle(obstacle: &Obstacle, shown: &ShownLog, panels: &mut Panels) -> Value {
+pub(super) fn above_obstacle(obstacle: &ObstacleSection, shown: &ShownLog, panels: &mut Panels) -> Value {
     let camera = camera(4.5 * obstacle.braking_distance_m, 0.0, obstacle.position_m);
     let config = config(shown.scenario, "map", "follow-none", &camera);
     panels.add("3D", &format!("{} from above", obstacle.name), config)

@@ -1,35 +1,35 @@
-//! What is wrong with a scenario, said so that its author can put it right.
+//! The errors of a scenario: where each mistake is, which key it concerns, and what to do about it.
 
 use serde::Serialize;
 use std::fmt;
 
-/// One thing that is wrong with a scenario; shown on one line.
+/// One mistake in a scenario; displays as one line.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Problem {
-    /// The scenario's name, as the user gave it.
+    /// The preset's name or the file's path, as the user gave it.
     pub scenario: String,
-    /// Where the mistake was made.
+    /// Where the mistake is.
     pub place: Place,
-    /// The key concerned, in the notation of `--set`: `airframe.speed_max_m_s`, `obstacles.0.radius_m`.
+    /// The key, as in `--set`: `airframe.speed_max_m_s`, `obstacles.0.radius_m`; `None` if there is no single one.
     pub key: Option<String>,
-    /// What is wrong, and what to do about it.
+    /// What is wrong and what to do about it, in lower case and without a full stop.
     pub message: String,
 }
 
-/// Where a mistake was made.
+/// Where a mistake is.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Place {
     /// In the scenario as a whole.
     Scenario,
-    /// On this line of its file, from 1.
+    /// On this line of the file, from 1.
     Line(usize),
-    /// In this override, as the user wrote it.
+    /// In this override or flag, as the user wrote it.
     Setting(String),
 }
 
 impl Problem {
-    /// A mistake that concerns the scenario as a whole.
+    /// A mistake of the scenario as a whole.
     pub(crate) fn of_scenario(scenario: &str, message: impl Into<String>) -> Self {
         Self { scenario: scenario.into(), place: Place::Scenario, key: None, message: message.into() }
     }
@@ -49,7 +49,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// All that is wrong with a scenario, one line each.
+/// Every mistake in a scenario, one line each.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", lines(.problems))]
 pub struct ScenarioError {
@@ -57,7 +57,7 @@ pub struct ScenarioError {
 }
 
 impl ScenarioError {
-    /// What is wrong, in the order of the file, then of the overrides.
+    /// The mistakes, first in the order of the file, then of the overrides.
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }

@@ -1,6 +1,6 @@
-//! From what is meant to the sentence that says it: read back, it means the same to the last bit.
+//! Writes a fault as its sentence. Parsing the sentence gives the same fault, to the last bit.
 
-use super::{Action, Delay, Fault, Links, ProcessFault, Receiver, Sender, Source, Targets, Trouble};
+use super::{Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets};
 use std::fmt::{self, Display, Formatter};
 
 impl Display for Fault {
@@ -12,13 +12,16 @@ impl Display for Fault {
 impl Display for Action {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Process { fault, targets } => write!(f, "{} {targets}{}", fault.verb(), fault.rest()),
-            Self::Link { links, trouble, for_s } => {
-                match (links, trouble) {
-                    (Links::Partition(_) | Links::Isolate(_), Trouble::Blackout) => write!(f, "{links}")?,
-                    _ => write!(f, "{links} {trouble}")?,
+            Self::Process { fault, targets } => write!(f, "{} {targets}{}", fault.verb(), fault.parameters()),
+            Self::Link { links, impairment, for_s } => {
+                // The grammar assumes a blackout when a partition or an isolation names no impairment.
+                let is_implied = matches!(links, Links::Partition(_) | Links::Isolate(_))
+                    && *impairment == LinkImpairment::Blackout;
+                write!(f, "{links}")?;
+                if !is_implied {
+                    write!(f, " {impairment}")?;
                 }
-                f.write_str(&lasting(*for_s))
+                f.write_str(&duration(*for_s))
             }
             Self::Heal(Links::All) => f.write_str("heal all"),
             Self::Heal(links) => write!(f, "heal {links}"),
@@ -26,8 +29,14 @@ impl Display for Action {
     }
 }
 
+impl From<Action> for String {
+    fn from(action: Action) -> Self {
+        action.to_string()
+    }
+}
+
 impl ProcessFault {
-    pub(super) fn verb(self) -> &'static str {
+    fn verb(self) -> &'static str {
         match self {
             Self::Kill => "kill",
             Self::Stop => "stop",
@@ -40,13 +49,13 @@ impl ProcessFault {
         }
     }
 
-    fn rest(self) -> String {
+    fn parameters(self) -> String {
         match self {
             Self::Kill | Self::Stop | Self::Thaw | Self::Start => String::new(),
-            Self::Freeze { for_s } => lasting(for_s),
+            Self::Freeze { for_s } => duration(for_s),
             Self::Restart { after_s } => format!(" after {}", time(after_s)),
-            Self::Flap { every_s, for_s } => format!(" every {}{}", time(every_s), lasting(Some(for_s))),
-            Self::Slow { by_s, for_s } => format!(" by {}{}", time(by_s), lasting(for_s)),
+            Self::Flap { every_s, for_s } => format!(" every {}{}", time(every_s), duration(Some(for_s))),
+            Self::Slow { by_s, for_s } => format!(" by {}{}", time(by_s), duration(for_s)),
         }
     }
 }
@@ -99,27 +108,24 @@ impl Display for Receiver {
     }
 }
 
-impl Display for Source {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Uav(uav) => uav.fmt(f),
-            Self::Leader => f.write_str("leader"),
-            Self::Own => f.write_str("own"),
-        }
-    }
-}
-
-impl Display for Trouble {
+impl Display for LinkImpairment {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::Delay(delay) => delay.fmt(f),
-            Self::Loss(p) => write!(f, "loss {}", share(*p)),
+            Self::Loss(p) => write!(f, "loss {}", probability(*p)),
             Self::Gilbert { p, r, h, k } => {
-                write!(f, "gilbert {} {} {} {}", share(*p), share(*r), share(*h), share(*k))
+                write!(
+                    f,
+                    "gilbert {} {} {} {}",
+                    probability(*p),
+                    probability(*r),
+                    probability(*h),
+                    probability(*k)
+                )
             }
             Self::Blackout => f.write_str("blackout"),
-            Self::Duplicate(p) => write!(f, "duplicate {}", share(*p)),
-            Self::Reorder { p, by_s } => write!(f, "reorder {} by {}", share(*p), time(*by_s)),
+            Self::Duplicate(p) => write!(f, "duplicate {}", probability(*p)),
+            Self::Reorder { p, by_s } => write!(f, "reorder {} by {}", probability(*p), time(*by_s)),
             Self::Hold => f.write_str("hold"),
             Self::Stuck => f.write_str("stuck"),
             Self::Bias { x_m, y_m, heading_rad } => {
@@ -155,11 +161,11 @@ fn joined(uavs: &[u32]) -> String {
     uavs.iter().map(u32::to_string).collect::<Vec<_>>().join(",")
 }
 
-fn lasting(for_s: Option<f64>) -> String {
+fn duration(for_s: Option<f64>) -> String {
     for_s.map_or_else(String::new, |for_s| format!(" for {}", time(for_s)))
 }
 
-/// Below a second in milliseconds, where that says the same.
+/// In milliseconds below a second, if those parse to the same value.
 fn time(value_s: f64) -> String {
     let value_ms = value_s * 1000.0;
     shorter(
@@ -168,8 +174,8 @@ fn time(value_s: f64) -> String {
     )
 }
 
-/// In per cent where that is shorter and says the same.
-fn share(value: f64) -> String {
+/// In per cent, if that is short and parses to the same value.
+fn probability(value: f64) -> String {
     let percent = value * 100.0;
     shorter(
         format!("{value}"),
@@ -177,16 +183,16 @@ fn share(value: f64) -> String {
     )
 }
 
-/// In degrees where that is shorter and says the same.
+/// In degrees, if those are short and parse to the same value.
 fn angle(value_rad: f64) -> String {
     let degrees = value_rad.to_degrees();
-    // The nearest of few digits, which is what somebody wrote.
+    // Converting 5 degrees to radians and back leaves a rounding error: try the round number that was probably written.
     let rounded = (degrees * 1e6).round() / 1e6;
     shorter(format!("{value_rad} rad"), (rounded.to_radians() == value_rad).then(|| format!("{rounded} deg")))
 }
 
-/// `other` if it is no longer than `one`, but for the unit's own letter or two.
+/// `other` unless it is longer than `one`. Its unit may be up to two letters longer.
 fn shorter(one: String, other: Option<String>) -> String {
-    const UNIT: usize = 2;
-    other.filter(|other| other.len() <= one.len() + UNIT).unwrap_or(one)
+    const LONGER_UNIT: usize = 2;
+    other.filter(|other| other.len() <= one.len() + LONGER_UNIT).unwrap_or(one)
 }

@@ -1,8 +1,6 @@
-//! The example: a scenario in which every key has a value, so that a mistake can be held against what was wanted.
-//!
-//! Keys are written as in `--set`: `airframe.speed_max_m_s`, and in lists with an index, `obstacles.0.radius_m`.
+//! The example: a scenario in which every key has a value. It tells which keys exist and which type each has.
 
-use crate::{Fault, Obstacle, Requirements, Scenario, Start, StartState, unit};
+use crate::{Fault, ObstacleSection, RequirementsSection, Scenario, StartSection, StartState, key};
 use std::sync::LazyLock;
 use toml::{
     Spanned,
@@ -12,7 +10,7 @@ use toml::{
 static TEXT: LazyLock<String> = LazyLock::new(|| scenario().to_toml());
 
 static TREE: LazyLock<DeValue<'static>> = LazyLock::new(|| {
-    let table = DeTable::parse(&TEXT).expect("what `to_toml` writes is TOML");
+    let table = DeTable::parse(&TEXT).expect("`to_toml` writes TOML");
     DeValue::Table(table.into_inner())
 });
 
@@ -20,35 +18,35 @@ static TREE: LazyLock<DeValue<'static>> = LazyLock::new(|| {
 pub(crate) fn scenario() -> Scenario {
     Scenario {
         description: "two rings, one sky".into(),
-        requirements: Requirements {
+        requirements: RequirementsSection {
             collisions_max: Some(0),
             clearance_min_m: Some(2.0),
             separation_min_m: Some(10.0),
             settling_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
         },
-        start: Start {
+        start: StartSection {
             uavs: vec![StartState { position_m: [-60.0, 20.0], heading_deg: 0.0, speed_m_s: 15.0 }],
-            ..Start::default()
+            ..StartSection::default()
         },
-        obstacles: vec![Obstacle {
+        obstacles: vec![ObstacleSection {
             name: "Obstacle 1".into(),
             position_m: [900.0, 42.0],
             radius_m: 10.0,
             braking_distance_m: 20.0,
         }],
-        faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("this is what a fault looks like")],
+        faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("the example of a fault parses")],
         ..Scenario::default()
     }
 }
 
 /// The example as a tree.
-pub(crate) fn tree() -> &'static DeValue<'static> {
+pub(super) fn tree() -> &'static DeValue<'static> {
     &TREE
 }
 
-/// What the example has under `key`; in a list of sections, the one there is stands for all.
-pub(crate) fn at(key: &str) -> Option<&'static DeValue<'static>> {
+/// The example's value of `key`. The one item that a list of sections has stands for every index.
+pub(super) fn at(key: &str) -> Option<&'static DeValue<'static>> {
     key.split('.').try_fold(tree(), |value, part| match value {
         DeValue::Table(table) => table.get(part).map(Spanned::get_ref),
         DeValue::Array(list) => {
@@ -59,18 +57,18 @@ pub(crate) fn at(key: &str) -> Option<&'static DeValue<'static>> {
     })
 }
 
-/// Every key that has one value of its own, which those in lists of sections have not.
-pub(crate) fn keys() -> Vec<String> {
+/// Every key outside lists of sections.
+pub(super) fn keys() -> Vec<String> {
     let mut keys = Vec::new();
-    collect(tree(), "", &mut keys);
+    collect_keys(tree(), "", &mut keys);
     keys
 }
 
-fn collect(value: &DeValue<'_>, key: &str, keys: &mut Vec<String>) {
+fn collect_keys(value: &DeValue<'_>, key: &str, keys: &mut Vec<String>) {
     match value {
         DeValue::Table(table) => {
             for (name, value) in table {
-                collect(value.get_ref(), &join(key, name.get_ref()), keys);
+                collect_keys(value.get_ref(), &key::join(key, name.get_ref()), keys);
             }
         }
         list if is_section_list(list) => {}
@@ -78,24 +76,14 @@ fn collect(value: &DeValue<'_>, key: &str, keys: &mut Vec<String>) {
     }
 }
 
-/// The key of `name` in the section `section`, which is empty for the scenario itself.
-pub(crate) fn join(section: &str, name: &str) -> String {
-    if section.is_empty() { name.to_owned() } else { format!("{section}.{name}") }
-}
-
-/// The last part of a key.
-pub(crate) fn last(key: &str) -> &str {
-    key.rsplit('.').next().unwrap_or(key)
-}
-
 /// Whether `value` is a list of sections, such as the obstacles.
-pub(crate) fn is_section_list(value: &DeValue<'_>) -> bool {
+pub(super) fn is_section_list(value: &DeValue<'_>) -> bool {
     value.as_array().is_some_and(|list| list.first().is_some_and(|first| first.get_ref().is_table()))
 }
 
-/// What to give for `key`, with the example's value.
-pub(crate) fn remedy(key: &str, wanted: &DeValue<'_>) -> String {
-    let of_unit = unit::of(key).map_or(String::new(), |unit| format!(" of {}", unit.plural));
+/// What to write for `key`, whose value in the example is `wanted`.
+pub(super) fn remedy(key: &str, wanted: &DeValue<'_>) -> String {
+    let of_unit = key::unit(key).map_or(String::new(), |unit| format!(" of {}", unit.plural));
     match wanted {
         DeValue::Float(value) => {
             let bare = if of_unit.is_empty() { "" } else { " without a unit" };
@@ -123,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn each_key_with_one_value_is_listed() {
+    fn keys_outside_lists_of_sections_are_listed() {
         let keys = keys();
         for key in ["name", "leader.start_m", "start.draw.separation_m", "requirements.settling_max_s"] {
             assert!(keys.contains(&key.to_owned()), "{key}");

@@ -1,68 +1,78 @@
-//! Where a scenario's text comes from: a preset or a file.
+//! Finds the text of a scenario: a preset or a file.
+//!
+//! Never parses it.
 
-use crate::{Problem, ScenarioError, preset};
+use super::problem::{Problem, ScenarioError};
+use crate::preset;
 use std::{
     fs::File,
     io::{self, Read},
     path::Path,
 };
 
-/// A scenario is a page or two; what is larger is something else.
+/// A scenario has a page or two. The limit keeps a device or a log given by mistake from filling memory; the error
+/// names it.
 const BYTES_MAX: u64 = 16 << 20;
 
 /// A scenario as its author wrote it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// What to call it in messages: the preset's name or the file's path.
+    /// Its name in messages: the preset's name or the file's path.
     pub name: String,
     /// Its TOML.
     pub text: String,
 }
 
 impl Source {
-    /// The preset or else the file that `wanted` names.
+    /// The preset called `wanted`, or else the file at that path.
+    ///
+    /// # Errors
+    /// There is neither, or the file is not a readable UTF-8 text of at most 16 MiB.
     pub fn find(wanted: &str) -> Result<Self, ScenarioError> {
         let text = match preset::all().iter().find(|preset| preset.name == wanted) {
             Some(preset) => preset.text.to_owned(),
-            None => text_of(wanted).map_err(|message| Problem::of_scenario(wanted, message))?,
+            None => read_text(wanted).map_err(|message| Problem::of_scenario(wanted, message))?,
         };
         Ok(Self { name: wanted.to_owned(), text })
     }
 }
 
-fn text_of(path: &str) -> Result<String, String> {
-    let bytes = bytes_of(Path::new(path)).map_err(|error| reason(path, &error))?;
+fn read_text(path: &str) -> Result<String, String> {
+    let bytes = read_bytes(Path::new(path)).map_err(|error| io_message(path, &error))?;
     if bytes.len() as u64 > BYTES_MAX {
-        return Err("is larger than 16 MiB: give a scenario file".into());
+        return Err("the file is larger than 16 MiB: give a scenario file".into());
     }
     String::from_utf8(bytes).map_err(|error| {
-        format!("is not UTF-8 text (byte {}): save it as UTF-8", error.utf8_error().valid_up_to() + 1)
+        format!(
+            "the file is not UTF-8 text (byte {}): save it as UTF-8",
+            error.utf8_error().valid_up_to() + 1
+        )
     })
 }
 
-fn bytes_of(path: &Path) -> io::Result<Vec<u8>> {
+fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-fn reason(path: &str, error: &io::Error) -> String {
+fn io_message(path: &str, error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => {
             let presets: Vec<_> = preset::all().iter().map(|preset| preset.name).collect();
             format!(
-                "neither a preset nor a file{}: give a preset ({}) or the path of a scenario file",
-                looked_in(path),
+                "there is no such preset, and no such file{}: give a preset ({}) or the path of a scenario file",
+                searched_folder(path),
                 presets.join(", ")
             )
         }
-        io::ErrorKind::IsADirectory => "is a folder: give a scenario file in it".into(),
-        _ => format!("cannot be read: {error}"),
+        io::ErrorKind::IsADirectory => "this is a folder: give a scenario file in it".into(),
+        _ => format!("cannot read the file: {error}"),
     }
 }
 
-/// A relative path is looked up from the current folder, which is easily not the one meant.
-fn looked_in(path: &str) -> String {
+/// ` in FOLDER` for a relative path, because the current folder is easily the wrong one.
+fn searched_folder(path: &str) -> String {
     match std::env::current_dir() {
         Ok(folder) if Path::new(path).is_relative() => format!(" in {}", folder.display()),
         _ => String::new(),
@@ -93,12 +103,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_neither_is_refused_with_all_that_was_tried() {
+    fn a_name_that_is_neither_preset_nor_file_is_refused_with_what_was_tried() {
         let folder = std::env::current_dir().unwrap();
         assert_eq!(
             refusal("paper-4.3"),
             format!(
-                "scenario \"paper-4.3\": neither a preset nor a file in {}: give a preset (paper-4.1, paper-4.2, dropout, \
+                "scenario \"paper-4.3\": there is no such preset, and no such file in {}: give a preset (paper-4.1, paper-4.2, dropout, \
                  dropout-return, delay, lossy, partition, leader-loss, storm) or the path of a scenario file",
                 folder.display()
             )
@@ -107,15 +117,15 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_refused_with_its_path() {
-        assert_eq!(refusal("/tmp"), "scenario \"/tmp\": is a folder: give a scenario file in it");
+    fn an_unreadable_file_is_refused_with_its_path() {
+        assert_eq!(refusal("/tmp"), "scenario \"/tmp\": this is a folder: give a scenario file in it");
         let path = temporary("latin1.toml", b"name = \"\xe9\"");
         assert_eq!(
             refusal(&path),
-            format!("scenario \"{path}\": is not UTF-8 text (byte 9): save it as UTF-8")
+            format!("scenario \"{path}\": the file is not UTF-8 text (byte 9): save it as UTF-8")
         );
         std::fs::remove_file(path).unwrap();
-        assert!(refusal("/dev/zero").ends_with("is larger than 16 MiB: give a scenario file"));
-        assert!(refusal("a\0b").contains("cannot be read"));
+        assert!(refusal("/dev/zero").ends_with("the file is larger than 16 MiB: give a scenario file"));
+        assert!(refusal("a\0b").contains("cannot read the file"));
     }
 }
