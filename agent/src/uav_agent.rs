@@ -8,11 +8,8 @@ use crate::{
     pilot::{Decision, Pilot},
     reception::{Inputs, LinkReceiver, LinkSettings, Route},
 };
-use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
-use ringwing_scenario::{
-    Scenario,
-    fault::{Source, schedule::LinkFault},
-};
+use ringwing_flight::{Account, Command, LeaderState, LinkCounts, LinkSource, Sensed, Tick, UavId, UavState};
+use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 
 /// What an agent sends in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,9 +54,9 @@ impl UavAgent {
         let mut agent = Self {
             uav,
             pilot: Pilot::new(scenario, uav),
-            senses: LinkReceiver::new(route(Source::Own, 0), links, &[]),
+            senses: LinkReceiver::new(route(LinkSource::OWN, 0), links, &[]),
             neighbours: Vec::new(),
-            leader: LinkReceiver::new(route(Source::Leader, 1), links, &[]),
+            leader: LinkReceiver::new(route(LinkSource::LEADER, 1), links, &[]),
             links,
             faults: Vec::new(),
             last_tick: Tick(scenario.last_tick()),
@@ -162,7 +159,7 @@ impl UavAgent {
             input.receiver.open();
             return;
         }
-        let route = Route { source: Source::Uav(uav.0), to: self.uav, latency_ticks: 1 };
+        let route = Route { source: LinkSource::uav(uav), to: self.uav, latency_ticks: 1 };
         let receiver = LinkReceiver::new(route, self.links, &self.faults);
         self.neighbours.push(NeighbourInput { uav, receiver });
     }

@@ -1,7 +1,5 @@
 //! How long a whole flight takes in one process, measures included.
 
-#![expect(missing_docs, reason = "criterion's macro makes the entry point")]
-
 use criterion::{Criterion, criterion_group, criterion_main};
 use ringwing_scenario::{Scenario, Setting, Source};
 use std::{hint::black_box, time::Duration};

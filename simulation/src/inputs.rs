@@ -36,7 +36,8 @@ impl<T: Sample> Sent<T> {
 
     /// Hands over what was sent after `cursor`, which moves along.
     fn hand_over(&self, cursor: &mut Tick, take: &mut Take<T>) {
-        for sample in self.0.iter().skip_while(|sample| sample.tick() <= *cursor) {
+        let seen = *cursor;
+        for sample in self.0.iter().skip_while(|sample| sample.tick() <= seen) {
             *cursor = sample.tick();
             if take(sample) {
                 return;

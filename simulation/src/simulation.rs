@@ -158,7 +158,7 @@ impl Simulation {
     pub fn step(&mut self) -> bool {
         let now = self.now();
         self.collect_events(now);
-        while self.actions.front().is_some_and(|action| action.tick <= now.0) {
+        while self.actions.front().is_some_and(|action| action.tick <= now) {
             let Some(due) = self.actions.pop_front() else { break };
             let event = self.act(due.part, due.action, due.sentence);
             self.events.push(event);

@@ -42,7 +42,7 @@ impl<'m> FaultWatch<'m> {
 
     /// Delays the answer to `now` by as much as the `slow` faults of this agent say.
     pub(super) fn delay_answer(&self, now: Tick) {
-        for slow in self.slow_answers.iter().filter(|slow| (slow.begin..slow.end).contains(&now.0)) {
+        for slow in self.slow_answers.iter().filter(|slow| slow.is_on(now)) {
             thread::sleep(Duration::from_secs_f64(slow.by_s));
         }
     }

@@ -7,7 +7,7 @@ use super::{
     sample::{PoseError, Sample},
 };
 use ringwing_flight::{Tick, draw::Draws};
-use ringwing_scenario::fault::{Delay, Source, Trouble, schedule::LinkFault};
+use ringwing_scenario::fault::{Delay, LinkImpairment, schedule::LinkFault};
 use std::mem::discriminant;
 
 /// A fault of one link.
@@ -23,7 +23,7 @@ pub(super) struct ActiveFault {
 /// A Gilbert chain at one tick.
 #[derive(Debug, Clone, Copy)]
 struct GilbertState {
-    tick: i64,
+    tick: Tick,
     is_bad: bool,
 }
 
@@ -69,12 +69,7 @@ impl<T> Fate<T> {
 
 impl LinkDraws {
     fn stream(self, purpose: Purpose, rank: u64) -> Draws {
-        let from = match self.route.source {
-            Source::Leader => 0,
-            Source::Uav(uav) => u64::from(uav),
-            Source::Own => u64::from(u32::MAX),
-        };
-        let link = from << 32 | u64::from(self.route.to.0);
+        let link = u64::from(self.route.source.number()) << 32 | u64::from(self.route.to.0);
         Draws::new(self.seed, [link, purpose as u64, rank], self.sent.0.cast_unsigned())
     }
 
@@ -87,9 +82,9 @@ impl ActiveFault {
     /// The faults of `faults` that concern `route`.
     pub(super) fn of_route(faults: &[LinkFault], route: &Route) -> Vec<Self> {
         let mut active: Vec<Self> = Vec::new();
-        for fault in faults.iter().filter(|fault| fault.links.cover(route.source, route.to.0)) {
-            let kind = discriminant(&fault.trouble);
-            let rank = active.iter().filter(|other| discriminant(&other.fault.trouble) == kind).count();
+        for fault in faults.iter().filter(|fault| fault.links.includes(route.source, route.to)) {
+            let kind = discriminant(&fault.impairment);
+            let rank = active.iter().filter(|other| discriminant(&other.fault.impairment) == kind).count();
             let gilbert = GilbertState { tick: fault.begin, is_bad: false };
             active.push(Self { fault: fault.clone(), rank: rank as u64, gilbert });
         }
@@ -98,44 +93,46 @@ impl ActiveFault {
 
     /// Whether it applies to what is sent in `tick`.
     pub(super) fn is_on(&self, tick: Tick) -> bool {
-        self.fault.is_on(tick.0)
+        self.fault.is_on(tick)
     }
 
     /// Whether it holds samples back in `now`.
     pub(super) fn holds(&self, now: Tick) -> bool {
-        self.fault.trouble == Trouble::Hold && self.is_on(now)
+        self.fault.impairment == LinkImpairment::Hold && self.is_on(now)
     }
 
     /// Whether it repeats an old value in place of what is sent in `tick`.
     pub(super) fn sticks(&self, tick: Tick) -> bool {
-        self.fault.trouble == Trouble::Stuck && self.is_on(tick)
+        self.fault.impairment == LinkImpairment::Stuck && self.is_on(tick)
     }
 
     /// Adds its effect to the fate of one sample.
     pub(super) fn apply<T: Sample>(&mut self, draws: LinkDraws, fate: &mut Fate<T>) {
         let rank = self.rank;
-        match &self.fault.trouble {
-            Trouble::Delay(delay) => fate.delay_s += delay_s(delay, draws, rank, self.fault.begin),
-            Trouble::Loss(p) => fate.is_lost |= draws.happens(Purpose::Loss, rank, *p),
-            Trouble::Gilbert { p, r, h, k } => {
+        match &self.fault.impairment {
+            LinkImpairment::Delay(delay) => fate.delay_s += delay_s(delay, draws, rank, self.fault.begin),
+            LinkImpairment::Loss(p) => fate.is_lost |= draws.happens(Purpose::Loss, rank, *p),
+            LinkImpairment::Gilbert { p, r, h, k } => {
                 let (p, r, pass_probability) = (*p, *r, [*k, *h]);
                 let is_bad = self.is_bad(draws, p, r);
                 let pass_probability = pass_probability[usize::from(is_bad)];
                 fate.is_lost |= !draws.happens(Purpose::GilbertLoss, rank, pass_probability);
             }
-            Trouble::Blackout => fate.is_lost = true,
-            Trouble::Duplicate(p) => fate.copies += u32::from(draws.happens(Purpose::Duplicate, rank, *p)),
-            Trouble::Reorder { p, by_s } => {
+            LinkImpairment::Blackout => fate.is_lost = true,
+            LinkImpairment::Duplicate(p) => {
+                fate.copies += u32::from(draws.happens(Purpose::Duplicate, rank, *p))
+            }
+            LinkImpairment::Reorder { p, by_s } => {
                 fate.delay_s += if draws.happens(Purpose::Reorder, rank, *p) { *by_s } else { 0.0 };
             }
-            Trouble::Hold => fate.is_held = true,
+            LinkImpairment::Hold => fate.is_held = true,
             // The link replaces a stuck sample before any other fault applies to it.
-            Trouble::Stuck => {}
-            Trouble::Bias { x_m, y_m, heading_rad } => {
+            LinkImpairment::Stuck => {}
+            LinkImpairment::Bias { x_m, y_m, heading_rad } => {
                 let error = PoseError { x_m: *x_m, y_m: *y_m, heading_rad: *heading_rad };
                 fate.sample = fate.sample.displaced(error);
             }
-            Trouble::Noise { position_m, heading_rad } => {
+            LinkImpairment::Noise { position_m, heading_rad } => {
                 let mut noise = draws.stream(Purpose::Noise, rank);
                 let (x_m, y_m) = (position_m * noise.normal(), position_m * noise.normal());
                 let error = PoseError { x_m, y_m, heading_rad: heading_rad * noise.normal() };
@@ -150,21 +147,21 @@ impl ActiveFault {
     /// to good with `r`.
     fn is_bad(&mut self, draws: LinkDraws, p: f64, r: f64) -> bool {
         // Samples may be offered out of order: for an older one, run the chain again from the start.
-        if self.gilbert.tick > draws.sent.0 {
+        if self.gilbert.tick > draws.sent {
             self.gilbert = GilbertState { tick: self.fault.begin, is_bad: false };
         }
         let GilbertState { tick: known, mut is_bad } = self.gilbert;
-        for tick in known..draws.sent.0 {
+        for tick in known.0..draws.sent.0 {
             let turn_probability = if is_bad { r } else { p };
             let draws = LinkDraws { sent: Tick(tick), ..draws };
             is_bad ^= draws.happens(Purpose::GilbertTurn, self.rank, turn_probability);
         }
-        self.gilbert = GilbertState { tick: draws.sent.0, is_bad };
+        self.gilbert = GilbertState { tick: draws.sent, is_bad };
         is_bad
     }
 }
 
-fn delay_s(delay: &Delay, draws: LinkDraws, rank: u64, begin: i64) -> f64 {
+fn delay_s(delay: &Delay, draws: LinkDraws, rank: u64, begin: Tick) -> f64 {
     let mut stream = draws.stream(Purpose::Delay, rank);
     let delay_s = match delay {
         Delay::Constant { by_s } => *by_s,
@@ -172,7 +169,7 @@ fn delay_s(delay: &Delay, draws: LinkDraws, rank: u64, begin: i64) -> f64 {
         Delay::Normal { by_s, deviation_s } => by_s + deviation_s * stream.normal(),
         Delay::Pareto { by_s, tail_s, shape } => by_s + stream.tail(*tail_s, *shape),
         // A trace starts with the fault, one delay per tick, and repeats.
-        Delay::Trace(delays_s) => delays_s[draws.sent.since(Tick(begin)) as usize % delays_s.len()],
+        Delay::Trace(delays_s) => delays_s[draws.sent.since(begin) as usize % delays_s.len()],
         // A file is read into a trace before the run, or the scenario is refused.
         Delay::File(_) => 0.0,
     };

@@ -14,13 +14,13 @@ use super::{
     sample::Sample,
 };
 use ringwing_flight::{LinkCounts, LinkSource, Tick, UavId};
-use ringwing_scenario::fault::{Source, schedule::LinkFault};
+use ringwing_scenario::fault::schedule::LinkFault;
 
 /// A link in one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Route {
     /// The sender.
-    pub source: Source,
+    pub source: LinkSource,
     /// The receiver.
     pub to: UavId,
     /// Ticks from the sending of a sample until it can be used, without faults: 0 for a UAV's own senses, 1 for the
@@ -39,7 +39,7 @@ struct InFlight<T> {
 
 /// One link with its faults.
 #[derive(Debug, Clone)]
-pub struct Impairment<T> {
+pub struct ImpairedLink<T> {
     route: Route,
     seed: u64,
     rate_hz: u32,
@@ -52,14 +52,9 @@ pub struct Impairment<T> {
     counts: LinkCounts,
 }
 
-impl<T: Sample> Impairment<T> {
+impl<T: Sample> ImpairedLink<T> {
     /// The link `route`, without faults at first. The draws of its faults depend on `seed`.
     pub fn new(route: Route, seed: u64, rate_hz: u32) -> Self {
-        let from = match route.source {
-            Source::Uav(uav) => LinkSource::uav(UavId(uav)),
-            Source::Leader => LinkSource::LEADER,
-            Source::Own => LinkSource::OWN,
-        };
         Self {
             route,
             seed,
@@ -68,7 +63,7 @@ impl<T: Sample> Impairment<T> {
             offered: Vec::new(),
             in_flight: Vec::new(),
             last_true: None,
-            counts: LinkCounts::none(from, route.to),
+            counts: LinkCounts::none(route.source, route.to),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Reception: what an agent makes of the samples that its inputs hand over.
 //!
-//! [`Arrivals`] decides in which tick a sample can be used, [`Impairment`] what the faults of its link do to it, and a
+//! [`Arrivals`] decides in which tick a sample can be used, [`ImpairedLink`] what the faults of its link do to it, and a
 //! [`LinkReceiver`] joins the two. [`Inputs`] is where the samples come from: ports, or plain arrays.
 //!
 //! Never knows how samples travel: no port, no service, no clock.
@@ -11,7 +11,7 @@ pub mod impairment;
 pub mod sample;
 
 pub use arrivals::Arrivals;
-pub use impairment::{Impairment, Route};
+pub use impairment::{ImpairedLink, Route};
 pub use sample::Sample;
 
 use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
@@ -69,7 +69,7 @@ impl LinkSettings {
 pub struct LinkReceiver<T> {
     is_open: bool,
     arrivals: Arrivals<T>,
-    link: Impairment<T>,
+    link: ImpairedLink<T>,
     /// The tick of the newest sample that has arrived, before any fault applies.
     newest_arrived: Option<Tick>,
 }
@@ -77,7 +77,7 @@ pub struct LinkReceiver<T> {
 impl<T: Sample> LinkReceiver<T> {
     /// The open end of `route` with its share of `faults`. It is a newcomer in the next tick.
     pub fn new(route: Route, settings: LinkSettings, faults: &[LinkFault]) -> Self {
-        let mut link = Impairment::new(route, settings.seed, settings.rate_hz);
+        let mut link = ImpairedLink::new(route, settings.seed, settings.rate_hz);
         link.set_faults(faults);
         let arrivals = Arrivals::new(route.latency_ticks, settings.pace);
         Self { is_open: true, arrivals, link, newest_arrived: None }

@@ -1,15 +1,13 @@
 use super::{sample::test_state, *};
-use ringwing_scenario::{
-    Fault, Schedule,
-    fault::{Source, schedule::LinkFault},
-};
+use ringwing_scenario::{Fault, FaultSchedule, fault::schedule::LinkFault};
 use std::convert::Infallible;
 
 /// The link from UAV 2 to UAV 3 in lockstep, with the faults of `sentences`.
 fn receiver(sentences: &[&str]) -> LinkReceiver<UavState> {
     let faults: Vec<Fault> = sentences.iter().map(|text| text.parse().unwrap()).collect();
-    let faults: Vec<LinkFault> = Schedule { faults: &faults, seed: 1, rate_hz: 100, uavs: 6 }.link_faults();
-    let route = Route { source: Source::Uav(2), to: UavId(3), latency_ticks: 1 };
+    let faults: Vec<LinkFault> =
+        FaultSchedule { faults: &faults, seed: 1, rate_hz: 100, uavs: 6 }.link_faults();
+    let route = Route { source: LinkSource::uav(UavId(2)), to: UavId(3), latency_ticks: 1 };
     LinkReceiver::new(route, LinkSettings { seed: 1, rate_hz: 100, pace: Pace::Lockstep }, &faults)
 }
 

@@ -7,7 +7,7 @@ use ringwing_flight::{
     Account, FlightMode, LeaderState, Pose, Sensed, SensedObstacle, Tick, UavId, UavState,
     payload::MAX_SENSED_OBSTACLES,
 };
-use ringwing_scenario::{Obstacle, Scenario, Setting, Source, StartState, start};
+use ringwing_scenario::{ObstacleSection, Scenario, Setting, Source, StartState, start};
 use std::collections::BTreeMap;
 
 /// What all links between neighbours do to messages.
@@ -69,7 +69,7 @@ pub(crate) fn scenario(law: &str, settings: &[&str]) -> Scenario {
 impl Flight {
     /// From drawn starts.
     pub(crate) fn new(scenario: Scenario, weather: Weather) -> Self {
-        let starts = start::places(&scenario).expect("room for all");
+        let starts = start::states(&scenario).expect("room for all");
         let airframe = |start: &StartState| {
             let pose =
                 Pose { position: start.position_m.into(), heading_rad: start.heading_deg.to_radians() };
@@ -199,7 +199,7 @@ impl Flight {
         let airframe = &self.airframes[index];
         let mut obstacles = [SensedObstacle::default(); MAX_SENSED_OBSTACLES];
         for (place, obstacle) in obstacles.iter_mut().zip(&self.scenario.obstacles) {
-            let Obstacle { position_m, radius_m, braking_distance_m, .. } = *obstacle;
+            let ObstacleSection { position_m, radius_m, braking_distance_m, .. } = *obstacle;
             *place = SensedObstacle { position_m, radius_m, braking_distance_m };
         }
         Sensed {
@@ -218,7 +218,7 @@ impl Flight {
 
     fn leader_at(&self, tick: Tick) -> LeaderState {
         let time_s = tick.0 as f64 * self.scenario.period_s();
-        let ringwing_scenario::Leader { start_m, speed_m_s, .. } = self.scenario.leader;
+        let ringwing_scenario::LeaderSection { start_m, speed_m_s, .. } = self.scenario.leader;
         LeaderState {
             tick,
             position_m: [start_m[0] + speed_m_s * time_s, start_m[1]],
@@ -292,7 +292,7 @@ impl Flight {
 
     /// How far the nearest of the living is from an obstacle's edge.
     pub(crate) fn clearance_m(&self) -> f64 {
-        let to_edge = |obstacle: &Obstacle, index: usize| {
+        let to_edge = |obstacle: &ObstacleSection, index: usize| {
             (self.airframes[index].pose.position - Point2::from(obstacle.position_m)).norm()
                 - obstacle.radius_m
         };
@@ -331,7 +331,7 @@ pub(crate) struct Recovery {
 }
 
 /// The two of the paper's Section 4.2.
-pub(crate) fn obstacles_of_the_paper() -> Vec<Obstacle> {
+pub(crate) fn obstacles_of_the_paper() -> Vec<ObstacleSection> {
     preset("paper-4.2", &[]).obstacles
 }
 

@@ -1,24 +1,24 @@
 use super::*;
 use crate::reception::sample::test_state as state;
 use proptest::{collection::vec, prelude::*};
-use ringwing_flight::UavState;
-use ringwing_scenario::{Fault, Schedule};
+use ringwing_flight::{LinkSource, UavState};
+use ringwing_scenario::{Fault, FaultSchedule};
 
 const RATE_HZ: u32 = 100;
 
 fn link_faults(sentences: &[&str]) -> Vec<LinkFault> {
     let faults: Vec<Fault> = sentences.iter().map(|text| text.parse().unwrap()).collect();
-    Schedule { faults: &faults, seed: 1, rate_hz: RATE_HZ, uavs: 6 }.link_faults()
+    FaultSchedule { faults: &faults, seed: 1, rate_hz: RATE_HZ, uavs: 6 }.link_faults()
 }
 
-fn link(source: Source, to: u32, seed: u64, sentences: &[&str]) -> Impairment<UavState> {
-    let mut link = Impairment::new(Route { source, to: UavId(to), latency_ticks: 1 }, seed, RATE_HZ);
+fn link(source: LinkSource, to: u32, seed: u64, sentences: &[&str]) -> ImpairedLink<UavState> {
+    let mut link = ImpairedLink::new(Route { source, to: UavId(to), latency_ticks: 1 }, seed, RATE_HZ);
     link.set_faults(&link_faults(sentences));
     link
 }
 
 /// What arrives in which tick, if one sample is sent in each of the ticks `0..ticks`.
-fn arrivals_of(link: &mut Impairment<UavState>, ticks: i64) -> Vec<(i64, UavState)> {
+fn arrivals_of(link: &mut ImpairedLink<UavState>, ticks: i64) -> Vec<(i64, UavState)> {
     let mut arrived = Vec::new();
     for now in 0..ticks + 200 {
         if now < ticks {
@@ -31,14 +31,14 @@ fn arrivals_of(link: &mut Impairment<UavState>, ticks: i64) -> Vec<(i64, UavStat
 
 /// The same as pairs of ticks: (arrival, sending).
 fn times(sentences: &[&str], ticks: i64) -> Vec<(i64, i64)> {
-    let arrived = arrivals_of(&mut link(Source::Uav(2), 3, 1, sentences), ticks);
+    let arrived = arrivals_of(&mut link(LinkSource::uav(UavId(2)), 3, 1, sentences), ticks);
     arrived.into_iter().map(|(now, sample)| (now, sample.tick.0)).collect()
 }
 
 #[test]
 fn only_a_link_without_any_fault_is_clear_and_a_fault_to_come_changes_nothing_yet() {
-    assert!(link(Source::Uav(2), 3, 1, &["at 0 s link 3->2 blackout"]).is_clear());
-    let late = link(Source::Uav(2), 3, 1, &["at 9 s link 2->3 blackout"]);
+    assert!(link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link 3->2 blackout"]).is_clear());
+    let late = link(LinkSource::uav(UavId(2)), 3, 1, &["at 9 s link 2->3 blackout"]);
     assert!(!late.is_clear());
     assert_eq!(times(&["at 9 s link 2->3 blackout"], 3), [(1, 0), (2, 1), (3, 2)]);
 }
@@ -76,7 +76,8 @@ fn a_blackout_loses_only_the_samples_that_are_sent_during_it() {
 
 #[test]
 fn a_stuck_link_repeats_the_last_true_value_with_new_ticks() {
-    let arrived = arrivals_of(&mut link(Source::Uav(2), 3, 1, &["at 0.02 s link 2->3 stuck for 20 ms"]), 5);
+    let arrived =
+        arrivals_of(&mut link(LinkSource::uav(UavId(2)), 3, 1, &["at 0.02 s link 2->3 stuck for 20 ms"]), 5);
     let shown: Vec<_> = arrived.iter().map(|(_, sample)| (sample.tick.0, sample.position_m[0])).collect();
     assert_eq!(shown, [(0, 0.0), (1, 1.0), (2, 1.0), (3, 1.0), (4, 4.0)]);
 }
@@ -84,12 +85,15 @@ fn a_stuck_link_repeats_the_last_true_value_with_new_ticks() {
 #[test]
 fn bias_and_noise_displace_a_sample_by_the_given_amounts() {
     let arrived = arrivals_of(
-        &mut link(Source::Uav(2), 3, 1, &["at 0 s link all bias x 3 m y -1 m heading 0.5 rad"]),
+        &mut link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link all bias x 3 m y -1 m heading 0.5 rad"]),
         1,
     );
     let (_, sample) = arrived[0];
     assert_eq!((sample.position_m, sample.heading_rad), ([3.0, -1.0], 0.5));
-    let noisy = arrivals_of(&mut link(Source::Uav(2), 3, 1, &["at 0 s link all noise position 2 m"]), 4000);
+    let noisy = arrivals_of(
+        &mut link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link all noise position 2 m"]),
+        4000,
+    );
     let squares: f64 =
         noisy.iter().map(|(_, sample)| (sample.position_m[0] - sample.tick.0 as f64).powi(2)).sum();
     assert!((squares / 4000.0 - 4.0).abs() < 0.3, "variance {}", squares / 4000.0);
@@ -131,7 +135,7 @@ fn a_fault_on_another_link_changes_no_draw() {
         alone,
         times(&["at 0 s link 3->2 loss 50 %", "at 0 s link 2->3 loss 50 %", "at 0 s isolate 5"], 500)
     );
-    let other = arrivals_of(&mut link(Source::Uav(4), 3, 1, &["at 0 s link all loss 50 %"]), 500);
+    let other = arrivals_of(&mut link(LinkSource::uav(UavId(4)), 3, 1, &["at 0 s link all loss 50 %"]), 500);
     assert_ne!(alone, other.into_iter().map(|(now, sample)| (now, sample.tick.0)).collect::<Vec<_>>());
 }
 
@@ -145,8 +149,8 @@ const STORM: [&str; 5] = [
 
 #[test]
 fn a_restarted_receiver_sees_the_same_faults() {
-    let all = arrivals_of(&mut link(Source::Uav(2), 3, 7, &STORM), 600);
-    let mut again = link(Source::Uav(2), 3, 7, &STORM);
+    let all = arrivals_of(&mut link(LinkSource::uav(UavId(2)), 3, 7, &STORM), 600);
+    let mut again = link(LinkSource::uav(UavId(2)), 3, 7, &STORM);
     let mut later = Vec::new();
     for now in 300..800 {
         if now < 600 {
@@ -160,7 +164,7 @@ fn a_restarted_receiver_sees_the_same_faults() {
 }
 
 /// The counts at the end of tick `now`, after one sample was sent in each of the ticks `0..=now`.
-fn counts(link: &mut Impairment<UavState>, now: i64) -> LinkCounts {
+fn counts(link: &mut ImpairedLink<UavState>, now: i64) -> LinkCounts {
     for tick in 0..=now {
         link.offer(state(tick));
         link.deliver(Tick(tick), |_| ());
@@ -177,7 +181,7 @@ fn every_sample_is_counted_once_as_delivered_lost_or_in_flight() {
         // Sent in ticks 5 to 7: arrive in ticks 9, 10 and 11 instead of 6, 7 and 8.
         "at 0.05 s link 2->3 delay 30 ms for 30 ms",
     ];
-    let at_10 = counts(&mut link(Source::Uav(2), 3, 1, &faults), 10);
+    let at_10 = counts(&mut link(LinkSource::uav(UavId(2)), 3, 1, &faults), 10);
     // In flight: the sample of tick 7, and that of tick 10, which cannot be used yet.
     let expected = LinkCounts { offered: 11, delivered: 7, late: 2, lost: 2, in_flight: 2, ..none };
     assert_eq!(at_10, LinkCounts { tick: Tick(10), ..expected });
@@ -185,7 +189,7 @@ fn every_sample_is_counted_once_as_delivered_lost_or_in_flight() {
 
 #[test]
 fn every_copy_is_counted_as_duplicated_and_as_late() {
-    let mut link = link(Source::Uav(2), 3, 1, &["at 0 s link 2->3 duplicate 100 %"]);
+    let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link 2->3 duplicate 100 %"]);
     let at_4 = counts(&mut link, 4);
     // Delivered: the samples of ticks 0 to 3, and the copies of those of ticks 0 to 2, one tick later.
     assert_eq!((at_4.offered, at_4.duplicated, at_4.in_flight), (5, 5, 3));
@@ -194,7 +198,7 @@ fn every_copy_is_counted_as_duplicated_and_as_late() {
 
 #[test]
 fn samples_in_flight_are_lost_with_their_receiver() {
-    let mut link = link(Source::Uav(2), 3, 1, &["at 0 s link 2->3 delay 1 s"]);
+    let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link 2->3 delay 1 s"]);
     counts(&mut link, 4);
     link.drop_all();
     let after = link.counts(Tick(4));
@@ -213,7 +217,7 @@ proptest! {
             "at 0 s link all reorder 30 % by 90 ms", "at 0.2 s link all stuck for 1 s"],
         ].concat();
         let sentences: Vec<&str> = which.iter().map(|index| all[*index]).collect();
-        let mut link = link(Source::Uav(2), 3, seed, &sentences);
+        let mut link = link(LinkSource::uav(UavId(2)), 3, seed, &sentences);
         let mut delivered = 0;
         for now in 0..ticks {
             // Some samples arrive a tick early, some together.
