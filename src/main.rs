@@ -136,7 +136,7 @@ fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>)
     Ok(ExitCode::SUCCESS)
 }
 
-/// Prints a line. Errors are ignored: they mean that whoever read the output has gone.
+/// Prints a line. Errors are ignored: they mean that the reader of the output is gone.
 fn tell(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }

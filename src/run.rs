@@ -87,7 +87,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
     write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // An error means that whoever read the output has gone. The exit code and summary.json still tell the result.
+    // An error means that the reader of the output is gone. The exit code and summary.json still tell the result.
     let _ = io::stdout().write_all(text.as_bytes());
     Ok(summary.verdict.exit_code())
 }

@@ -1,6 +1,6 @@
 //! Puts the flight together again from the messages of its log.
 //!
-//! Must never know a file: whoever reads one, a new recorder or a tool, hands the messages in.
+//! Must never know a file: the caller, a new recorder or a tool, reads it and hands the messages in.
 
 use super::gap::Gaps;
 use crate::{
