@@ -232,9 +232,9 @@ fn a_flight_with_faults_is_verified_and_repeated_by_its_command() {
 #[test]
 fn what_cannot_be_is_refused_before_anything_starts() {
     for (sentence, why) in [
-        ("kill uav 3", "give when first"),
+        ("kill uav 3", "expected a time first"),
         ("at 3 s kill uav 9", "there is no uav 9"),
-        ("at 3 s freeze world for 1 s", "the world keeps the time"),
+        ("at 3 s freeze world for 1 s", "the world keeps time"),
         ("at 3 s link 2->3 delay file \"nowhere.txt\"", "nowhere.txt"),
     ] {
         let output = ringwing().args(["run", "paper-4.1", "--fault", sentence]).output().unwrap();

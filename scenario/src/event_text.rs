@@ -1,10 +1,12 @@
-//! Events in words, with the names that the scenario gives its obstacles.
+//! The text of an event, in which obstacles have the names of the scenario.
 
 use crate::Scenario;
 use ringwing_flight::Event;
 
 impl Scenario {
-    /// The name of the obstacle with this index; an index out of range, from a damaged log, is shown as a number.
+    /// The name of the obstacle with this index, counted from 0.
+    ///
+    /// A damaged log may hold an index that is too large: the text then shows the number.
     pub fn obstacle_name(&self, index: u32) -> String {
         let named = self.obstacles.get(index as usize).map(|obstacle| obstacle.name.clone());
         named.unwrap_or_else(|| format!("obstacle {index}"))
@@ -13,5 +15,22 @@ impl Scenario {
     /// `event` as a sentence for people.
     pub fn event_text(&self, event: &Event) -> String {
         event.text(|index| self.obstacle_name(index))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::read::example_scenario;
+    use ringwing_flight::{Collider, UavId};
+
+    #[test]
+    fn the_text_of_a_collision_names_the_obstacle_or_its_unknown_index() {
+        let text = |index| {
+            let with = Collider::Obstacle(index);
+            example_scenario().event_text(&Event::Collision { uav: UavId(3), with, position_m: [1.0, -2.0] })
+        };
+        assert_eq!(text(0), "uav 3 and Obstacle 1 at (1.0, -2.0) m");
+        assert_eq!(text(7), "uav 3 and obstacle 7 at (1.0, -2.0) m");
     }
 }

@@ -79,7 +79,7 @@ impl Scenario {
         1.0 / f64::from(self.time.rate_hz)
     }
 
-    /// Whether ticks wait for the processes or for the clock.
+    /// Whether a tick waits for the processes (lockstep) or for the wall clock (real time).
     pub fn pace(&self) -> Pace {
         if self.time.real_time { Pace::RealTime } else { Pace::Lockstep }
     }
