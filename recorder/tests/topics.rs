@@ -1,5 +1,4 @@
 //! The README lists every topic of the log.
-#![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use ringwing_recorder::schema::topics::{self, UavTopic};
 
