@@ -51,7 +51,7 @@ const ROOMS: [Room; 11] = [
     Room {
         folder: "recorder",
         uses: &["bus", "flight", "scenario"],
-        with_io: &["lib.rs", "log", "process.rs"],
+        with_io: &["error.rs", "lib.rs", "log", "log.rs", "process", "process.rs"],
     },
     Room {
         folder: "world",

@@ -1,14 +1,14 @@
-//! Simulated time as the log states it.
+//! Simulated time as the log has it.
 //!
-//! Never reads a clock: the same tick gives the same time in every run.
+//! Must never read a clock: the same tick gives the same time in every run.
 
 use foxglove::messages::Timestamp;
 
-/// 2026-01-01T00:00:00Z, where simulated time 0 lies in every log.
+/// The log time of tick 0: 2026-01-01T00:00:00Z. Arbitrary, but after 1970, because viewers show log times as dates.
 const EPOCH_S: u64 = 1_767_225_600;
 const NANOSECONDS: u64 = 1_000_000_000;
 
-/// Turns ticks into times.
+/// Converts ticks to log times.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clock {
     rate_hz: u32,
@@ -25,23 +25,23 @@ impl Clock {
         self.rate_hz
     }
 
-    /// The log time of `tick`, in nanoseconds since 1970; nothing is earlier than tick 0.
+    /// The log time of `tick`, in nanoseconds since 1970. Ticks before 0 have the time of tick 0.
     pub(crate) fn log_time_ns(self, tick: i64) -> u64 {
         EPOCH_S * NANOSECONDS + self.elapsed_ns(tick)
     }
 
-    /// The same as viewers' messages hold it.
+    /// The log time of `tick` as Foxglove's messages have it.
     pub(crate) fn timestamp(self, tick: i64) -> Timestamp {
         let elapsed = self.elapsed_ns(tick);
         Timestamp::new((EPOCH_S + elapsed / NANOSECONDS) as u32, (elapsed % NANOSECONDS) as u32)
     }
 
-    /// The number of the interval of 1 / `hz` seconds that `tick` lies in.
+    /// The number of the interval of 1 / `hz` seconds that contains `tick`.
     pub(crate) fn interval(self, tick: i64, hz: u32) -> i64 {
         (tick * i64::from(hz)).div_euclid(i64::from(self.rate_hz))
     }
 
-    /// Whether `tick` is the first of its interval: true `hz` times a second, or at every tick if those are fewer.
+    /// Whether `tick` is the first of its interval: `hz` times a second, or every tick if the tick rate is lower.
     pub(crate) fn is_due(self, tick: i64, hz: u32) -> bool {
         self.interval(tick, hz) != self.interval(tick - 1, hz)
     }
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn twenty_times_a_second_at_whatever_rate() {
+    fn twenty_hertz_is_due_twenty_times_a_second_at_any_higher_rate() {
         for rate_hz in [1, 10, 20, 30, 50, 100, 200, 1000] {
             let clock = Clock::new(rate_hz);
             let due = (0..i64::from(rate_hz)).filter(|tick| clock.is_due(*tick, 20)).count();

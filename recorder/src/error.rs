@@ -1,4 +1,4 @@
-//! What can stop a recorder, and what to do about it.
+//! What can stop a recorder, and what the user can do about it.
 
 use mcap::McapError;
 use ringwing_bus::BusError;
@@ -7,23 +7,23 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Why a recorder could not go on.
+/// Why a recorder cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum RecorderError {
-    /// The run is not there, or a process of it is out of reach.
+    /// The run does not exist, or one of its services cannot be reached.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// The file system refused.
+    /// The file system refused an operation.
     #[error("log {}: cannot be {action}: {reason}; {}", path.display(), remedy(reason))]
     Log {
-        /// The log, or the part that a dead recorder left of it.
+        /// The log, or the new file beside it during a takeover.
         path: PathBuf,
         /// What was tried: "written", "read", ...
         action: &'static str,
         /// The operating system's reason.
         reason: io::Error,
     },
-    /// The file at the log's place is something else.
+    /// The file at the log's path is something else.
     #[error("log {}: {problem}; it is left as it is: choose another file with `--log`", path.display())]
     Foreign {
         /// The file.

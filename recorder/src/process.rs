@@ -4,23 +4,19 @@
 //! progress.
 
 mod assembly;
+mod ports;
 pub(crate) mod recording;
 
 use crate::{RecorderError, RecorderReport, clock::Clock, log::Opening, metrics::Frame};
 use assembly::{Assembled, Assembly};
+use ports::RecorderPorts;
 use recording::Recording;
-use ringwing_bus::{
-    Gate, Member, MemberArgs, Publisher, Stamps, Subscriber, report,
-    services::{self, RECORDER_DEPTH},
-};
-use ringwing_flight::{
-    Account, EventMessage, FormationError, LeaderState, LinkCounts, Part, Sensed, Tick, TickTiming, UavId,
-    WorldReport,
-};
+use ringwing_bus::{Gate, Member, MemberArgs, report};
+use ringwing_flight::{FormationError, Part, Tick, WorldReport};
 use ringwing_scenario::Scenario;
 use std::{path::PathBuf, time::Duration};
 
-/// Records the flight of a run: one MCAP file, and the flight's measures.
+/// Records the flight of a run to one MCAP file, and measures it.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
     /// Which run to record.
@@ -68,7 +64,7 @@ fn has_begun(gate: &Gate) -> bool {
     gate.is_closed() || gate.tick().is_some()
 }
 
-/// Puts samples together to frames and hands these to the recording.
+/// Turns samples into frames and hands these to the recording, batch by batch.
 struct RecordingLoop {
     recording: Recording,
     assembly: Assembly,
@@ -139,65 +135,11 @@ impl RecordingLoop {
         self.progress = interval;
         let (tick, commanded) = (Tick(moment.tick), moment.commanded);
         let error = FormationError { tick, slot_error_max_m, commanded, reserved: 0 };
-        Ok(ports.formation_error.send(error, Stamps::now())?)
+        ports.send_progress(error)
     }
 
     fn finish(&mut self, member: &Member) -> Result<(), RecorderError> {
         let world = member.domain().report::<WorldReport>(report::WORLD)?;
         self.recording.finish(world.as_ref())
-    }
-}
-
-/// What the recorder subscribes to, and the one thing that it publishes.
-struct RecorderPorts {
-    sensed: Vec<(UavId, Subscriber<Sensed>)>,
-    accounts: Vec<(UavId, Subscriber<Account>)>,
-    leader: Subscriber<LeaderState>,
-    links: Subscriber<LinkCounts>,
-    timing: Option<Subscriber<TickTiming>>,
-    events: [Subscriber<EventMessage>; 2],
-    formation_error: Publisher<FormationError>,
-}
-
-impl RecorderPorts {
-    fn open(member: &Member, opening: &Opening) -> Result<Self, RecorderError> {
-        let (node, count) = (member.node(), opening.scenario.formation.uavs);
-        let sensed = |uav| Ok((uav, services::sensed(uav).subscriber(node, RECORDER_DEPTH)?));
-        let account = |uav| Ok((uav, services::account(uav).subscriber(node, RECORDER_DEPTH)?));
-        let timing = || services::timing().subscriber(node, RECORDER_DEPTH);
-        Ok(Self {
-            sensed: UavId::all(count).map(sensed).collect::<Result<_, RecorderError>>()?,
-            accounts: UavId::all(count).map(account).collect::<Result<_, RecorderError>>()?,
-            leader: services::leader(count).subscriber(node, RECORDER_DEPTH)?,
-            links: services::links(count).subscriber(node, RECORDER_DEPTH)?,
-            timing: opening.timing.then(timing).transpose()?,
-            events: [
-                services::world_events().subscriber(node, RECORDER_DEPTH)?,
-                services::launcher_events().subscriber(node, RECORDER_DEPTH)?,
-            ],
-            formation_error: services::formation_error().publisher(node)?,
-        })
-    }
-
-    fn fetch(&self, assembly: &mut Assembly, recording: &mut Recording) -> Result<(), RecorderError> {
-        for (uav, port) in &self.sensed {
-            port.drain(|sensed, _| assembly.put_sensed(*uav, sensed))?;
-        }
-        for (uav, port) in &self.accounts {
-            port.drain(|account, _| assembly.put_account(*uav, account))?;
-        }
-        self.leader.drain(|leader, _| assembly.put_leader(leader))?;
-        self.links.drain(|counts, _| assembly.put_link(counts))?;
-        if let Some(port) = &self.timing {
-            port.drain(|timing, _| assembly.put_timing(timing))?;
-        }
-        for port in &self.events {
-            port.drain(|message, _| {
-                if let Some(event) = message.event() {
-                    recording.log_event(event);
-                }
-            })?;
-        }
-        Ok(())
     }
 }

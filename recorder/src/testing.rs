@@ -24,7 +24,7 @@ pub(crate) fn ring_of(uavs: u32, spacing_m: f64) -> Scenario {
     Scenario { name: "synthetic".into(), formation, ..Scenario::default() }
 }
 
-/// Three UAVs at so low a rate that every other tick begins with a flush.
+/// Three UAVs at 4 Hz: every other tick begins with a flush.
 pub(crate) fn slow_ring() -> Scenario {
     let mut scenario = ring_of(3, 40.0);
     scenario.time.rate_hz = 4;
@@ -57,19 +57,19 @@ pub(crate) fn sensed(tick: i64, uav: u32, position_m: [f64; 2]) -> Sensed {
     }
 }
 
-/// The account of a command that keeps it so.
+/// The account of a command to keep this course.
 pub(crate) fn account(tick: i64, uav: u32) -> Account {
     let command =
         Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), withheld: 0 };
     Account::without_leader(&command)
 }
 
-/// The leader at some place, on its way east.
+/// The leader at `position_m`, on its way east.
 pub(crate) fn leader(tick: i64, position_m: [f64; 2]) -> LeaderState {
     LeaderState { tick: Tick(tick), position_m, heading_rad: 0.0, speed_m_s: 15.0, turn_rate_rad_s: 0.0 }
 }
 
-/// What everybody sends in a tick of a flight in which UAVs swing about their slots by `swing_m`.
+/// The payloads of a tick in which the UAVs swing about their slots by `swing_m`.
 fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> TickSamples {
     let uavs = scenario.formation.uavs;
     let time_s = tick as f64 * scenario.period_s();
@@ -99,7 +99,7 @@ fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> TickSamples {
     samples
 }
 
-/// The frames of some ticks of such a flight.
+/// The frames of a flight in which the UAVs swing about their slots.
 pub(crate) fn flight(scenario: &Scenario, ticks: std::ops::Range<i64>) -> Vec<Frame> {
     frames(scenario, ticks, 0.3)
 }
@@ -118,7 +118,7 @@ fn frames(scenario: &Scenario, ticks: std::ops::Range<i64>, swing_m: f64) -> Vec
     ticks.map(frame_of).collect()
 }
 
-/// Begins a recording in `folder`, or goes on with the one there.
+/// Starts a recording at `path`, or continues the one there.
 pub(crate) fn recording(path: &Path, scenario: &Scenario) -> Recording {
     Recording::begin(Some(path), &opening(scenario), true).unwrap()
 }
@@ -137,7 +137,7 @@ pub(crate) fn record(path: &Path, scenario: &Scenario, frames: &[Frame]) {
     recording.finish(None).unwrap();
 }
 
-/// Records frames and dies: what was not flushed is lost.
+/// Records frames and dies, which loses everything after the last flush.
 pub(crate) fn record_and_die(path: &Path, scenario: &Scenario, frames: &[Frame]) {
     let mut recording = recording(path, scenario);
     observe(&mut recording, frames);
@@ -152,7 +152,7 @@ pub(crate) fn small_log(make: fn(&Path, &Scenario, &[Frame])) -> Vec<u8> {
     std::fs::read(&path).unwrap()
 }
 
-/// A place for a log, and the folder that goes with it.
+/// A path for a log in a temporary folder.
 pub(crate) fn place() -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");

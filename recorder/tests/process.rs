@@ -1,4 +1,4 @@
-//! The recorder's process against a world of this test's own, over real shared memory.
+//! The recorder's process over real shared memory; the test plays all other processes.
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use mcap::{MessageStream, Summary};
@@ -19,7 +19,7 @@ use std::{
 
 const UAVS: u32 = 6;
 
-/// Flies the formation at rest, and plays launcher, world, leader and agents.
+/// Plays launcher, world, leader and agents of a formation at rest.
 struct Everybody {
     scenario: Scenario,
     sensed: Vec<Publisher<Sensed>>,

@@ -187,3 +187,55 @@ impl Past {
         self.has_introduction |= tick.has_lines;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        log::reader::Reader,
+        testing::{flight, place, recording, ring_of},
+    };
+    use ringwing_flight::{AfterLoss, Event, FlightMode, Part, ProcessEnd, Tick, UavId};
+
+    fn lost(tick: i64, uav: u32) -> TimedEvent {
+        let (end, then) = (ProcessEnd::Killed(9), AfterLoss::Failsafe { before_flight: false });
+        TimedEvent {
+            tick: Tick(tick),
+            event: Event::ProcessLost { part: Part::Agent(UavId(uav)), end, then },
+        }
+    }
+
+    #[test]
+    fn a_log_that_is_read_again_gives_the_same_metrics_to_the_bit() {
+        let (_folder, path) = place();
+        let mut scenario = ring_of(6, 40.0);
+        scenario.control.ring_closes = true;
+        let mut recording = recording(&path, &scenario);
+        // One loss in time, one that is reported late, one after the last frame, and one after the end of the flight.
+        recording.log_event(lost(40, 2));
+        for mut frame in flight(&scenario, 0..150) {
+            if frame.tick == 100 {
+                recording.log_event(lost(90, 3));
+            }
+            if frame.tick >= 60 {
+                frame.uavs[1].state.as_mut().unwrap().mode = FlightMode::LOITER;
+                frame.ring.follow(|number| number != 2);
+            }
+            recording.observe(&frame, None).unwrap();
+        }
+        recording.log_event(lost(149, 5));
+        recording.log_event(lost(170, 6));
+        recording.finish(None).unwrap();
+
+        let mut metrics = Metrics::new(&scenario);
+        for tick in Reader::open(&path).unwrap().ticks(&scenario) {
+            tick.events.iter().for_each(|event| metrics.on_event(event));
+            if tick.has_uavs() {
+                metrics.observe(&tick.frame);
+            }
+        }
+        let summary = metrics.summary();
+        assert_eq!(summary, recording.report().summary);
+        assert_eq!((summary.faults, summary.recoveries.len()), (3, 3));
+    }
+}

@@ -80,7 +80,7 @@ fn check_is_of_this_flight(path: &Path, opening: &Opening, begun: bool) -> Resul
     }
 }
 
-/// A log that is being taken over.
+/// A takeover in progress.
 struct Takeover<'a> {
     log: LogWriter,
     copier: RecordCopier,
@@ -91,7 +91,7 @@ impl Takeover<'_> {
     fn take(&mut self, record: Record) -> Result<(), RecorderError> {
         match &record {
             Record::Message { header, data } => self.take_message(*header, data),
-            // The new log has its own.
+            // The new log has its own of these.
             Record::Metadata(metadata) if [RUN, RESULT].contains(&metadata.name.as_str()) => Ok(()),
             Record::Attachment { header, .. } if [SCENARIO, LAYOUT].contains(&header.name.as_str()) => Ok(()),
             _ => self.log.extend(|writer| self.copier.copy(record, writer)),
@@ -132,7 +132,7 @@ mod tests {
         seen(&path)
     }
 
-    fn was_told(whole: &[Seen], message: &Seen) -> bool {
+    fn was_logged(whole: &[Seen], message: &Seen) -> bool {
         whole.iter().any(|other| (&other.topic, other.tick) == (&message.topic, message.tick))
     }
 
@@ -143,34 +143,34 @@ mod tests {
     }
 
     #[test]
-    fn the_log_of_a_dead_recorder_goes_on_with_nothing_but_a_gap() {
+    fn a_successor_continues_the_log_and_only_a_gap_is_missing() {
         let (_folder, path) = place();
         let scenario = ring_of(4, 40.0);
         record_and_die(&path, &scenario, &flight(&scenario, 0..472));
         record(&path, &scenario, &flight(&scenario, 480..700));
         let (taken_over, whole) = (seen(&path), undisturbed(&scenario, 0..700));
         assert_eq!(gaps(&taken_over), ["ticks 450 to 479 were lost with the recorder's predecessor"]);
-        // Scenes and faults are shown anew; trails and counts lack what was lost; the gap is an event.
-        let tells_one_moment = |message: &&Seen| {
-            !["/events", "/faults", "/scene", "/swarm/metrics"]
+        // A successor shows scenes and faults once more, its trails and counts lack the lost ticks, and the gap is an event.
+        let depends_on_one_tick = |message: &&Seen| {
+            ![topics::EVENTS, topics::FAULTS, "/scene/", topics::SWARM_METRICS]
                 .iter()
                 .any(|topic| message.topic.starts_with(topic))
         };
         let is_no_gap = |message: &&Seen| gaps(std::slice::from_ref(*message)).is_empty();
-        let kept: Vec<_> = taken_over.iter().filter(tells_one_moment).filter(is_no_gap).collect();
+        let kept: Vec<_> = taken_over.iter().filter(depends_on_one_tick).filter(is_no_gap).collect();
         let was_kept = |message: &&Seen| !(450..480).contains(&message.tick);
-        let expected: Vec<_> = whole.iter().filter(tells_one_moment).filter(was_kept).collect();
+        let expected: Vec<_> = whole.iter().filter(depends_on_one_tick).filter(was_kept).collect();
         assert_eq!(kept, expected);
         let shown_again: Vec<_> =
-            taken_over.iter().filter(|message| message.tick == 480 && !was_told(&whole, message)).collect();
-        for topic in ["/faults", "/scene/formation", "/scene/obstacles", "/scene/uavs"] {
+            taken_over.iter().filter(|message| message.tick == 480 && !was_logged(&whole, message)).collect();
+        for topic in [topics::FAULTS, topics::FORMATION_SCENE, topics::OBSTACLE_SCENE, topics::UAV_SCENE] {
             assert!(shown_again.iter().any(|message| message.topic == topic), "{topic}");
         }
         assert!(!part_of(&path).exists());
     }
 
     #[test]
-    fn what_was_measured_before_is_not_forgotten() {
+    fn a_successor_keeps_the_metrics_of_its_predecessor() {
         let (_folder, path) = place();
         let scenario = ring_of(4, 40.0);
         let frames = flight(&scenario, 0..700);
@@ -202,13 +202,13 @@ mod tests {
     }
 
     #[test]
-    fn a_takeover_that_was_killed_begins_again() {
+    fn a_takeover_that_was_killed_starts_again() {
         let (_folder, path) = place();
         let scenario = ring_of(3, 40.0);
         record_and_die(&path, &scenario, &flight(&scenario, 0..200));
         let before = seen(&path);
         let old = fs::read(&path).unwrap();
-        // Killed within the copying, early, late, and just before the copy takes the log's place.
+        // Killed at the start, in the middle and at the end of the copy.
         for copied in [0, 300, old.len()] {
             fs::write(part_of(&path), &old[..copied]).unwrap();
             drop(recording(&path, &scenario));
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_others_are_left_alone() {
+    fn a_file_that_is_not_a_log_of_this_flight_is_left_alone() {
         let (folder, path) = place();
         let scenario = ring_of(3, 40.0);
         let refused = |content: &[u8], text: &str, begun: bool| {

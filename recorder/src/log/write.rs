@@ -192,14 +192,14 @@ impl LogWriter {
             .map_err(RecorderError::log(&self.path, "written"))
     }
 
-    /// Writes a message of another log of this flight, its channel already translated.
+    /// Writes a message of another log of this flight, whose header already names a channel of this one.
     pub(crate) fn copy(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
         self.flush_if_due(i64::from(header.sequence))?;
         self.messages += 1;
         self.writer.write_to_known_channel(header, data).map_err(RecorderError::log(&self.path, "written"))
     }
 
-    /// Lets `write` put something else into the file.
+    /// Lets `write` add other records to the file.
     pub(crate) fn extend<T>(
         &mut self,
         write: impl FnOnce(&mut Writer<NoSeek<Sink>>) -> McapResult<T>,
@@ -216,7 +216,7 @@ impl LogWriter {
         self.flush()
     }
 
-    /// Puts everything so far into the file.
+    /// Writes all messages so far to the file.
     pub(crate) fn flush(&mut self) -> Result<(), RecorderError> {
         self.flushed = Instant::now();
         if self.messages == 0 {
@@ -225,19 +225,19 @@ impl LogWriter {
         self.writer.flush().map_err(RecorderError::log(&self.path, "written"))
     }
 
-    /// Puts the log in the place of what lies at `path`, at once.
+    /// Moves the log to `path` in one step, in place of the file there.
     pub(crate) fn move_to(&mut self, path: &Path) -> Result<(), RecorderError> {
         std::fs::rename(&self.path, path).map_err(RecorderError::log(&self.path, "renamed"))?;
         path.clone_into(&mut self.path);
         Ok(())
     }
 
-    /// Flushes, if the last time was more than `period` of wall-clock time ago.
+    /// Flushes if the last flush was more than `period` of wall-clock time ago.
     pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
         if self.flushed.elapsed() > period { self.flush() } else { Ok(()) }
     }
 
-    /// Ends the log with its `result` and its indexes.
+    /// Ends the log with its `result` and its index.
     pub(crate) fn finish(&mut self, result: BTreeMap<String, String>) -> Result<(), RecorderError> {
         let metadata = Metadata { name: RESULT.into(), metadata: result };
         self.writer
@@ -271,12 +271,13 @@ fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSee
             data: Cow::Borrowed(text.as_bytes()),
         })?;
     }
-    // Before the channels: a chunk that holds nothing else has no index, and Foxglove does not read on.
+    // Flush before the channels: a chunk without messages has no index, and Foxglove stops reading there.
     writer.flush()?;
     let channels = Channels::register(&mut writer, opening.scenario.formation.uavs, opening.timing)?;
     Ok((writer, channels))
 }
 
+/// The metadata about the run.
 fn describe(scenario: &Scenario) -> BTreeMap<String, String> {
     let formation = scenario.formation();
     [
@@ -295,7 +296,7 @@ fn describe(scenario: &Scenario) -> BTreeMap<String, String> {
     .into()
 }
 
-/// The first line of `/log`, which says what flies.
+/// The first line of `/log`: swarm, law, rate, mode and seed.
 fn introduction(scenario: &Scenario) -> Log {
     let text = format!(
         "{} UAVs, {} law, {} Hz, {}, seed {}",
@@ -315,14 +316,16 @@ fn mode_name(scenario: &Scenario) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::schema::topics;
-    use crate::testing::{self, flight, messages, place, record, ring_of};
+    use crate::{
+        schema::topics,
+        testing::{self, flight, messages, place, record, ring_of},
+    };
     use mcap::Summary;
     use prost::Message;
     use std::fs;
 
     #[test]
-    fn after_every_flush_the_file_opens_as_it_lies() {
+    fn after_every_flush_the_file_opens_as_it_is() {
         let (_folder, path) = place();
         let scenario = ring_of(3, 40.0);
         let mut recording = testing::recording(&path, &scenario);
@@ -333,7 +336,7 @@ mod tests {
             last_in_file.push(messages(&file).last().map(|message| message.tick));
             assert_eq!(mcap::read::footer(&file).unwrap().summary_start, 0);
         }
-        // Half a second is in the file as soon as the next one begins.
+        // Each half second is flushed as soon as the next one begins.
         assert_eq!([49, 50, 99, 259].map(|tick| last_in_file[tick]), [None, Some(49), Some(49), Some(249)]);
         recording.finish(None).unwrap();
         let file = fs::read(&path).unwrap();
@@ -358,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_have_the_order_of_their_topics_and_room_for_a_thousand() {
+    fn channels_have_the_order_of_their_topics_in_swarms_of_a_thousand_too() {
         let (_folder, path) = place();
         let scenario = ring_of(1001, 40.0);
         let opening = Opening { timing: true, ..testing::opening(&scenario) };
@@ -373,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_says_what_flies_and_how_it_went() {
+    fn a_log_has_the_run_its_scenario_and_its_result() {
         let (_folder, path) = place();
         let scenario = ring_of(6, 40.0);
         record(&path, &scenario, &flight(&scenario, 0..20));
@@ -407,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_that_cannot_be_made_is_named() {
+    fn an_error_names_the_log_that_cannot_be_created() {
         let scenario = ring_of(3, 40.0);
         let error =
             LogWriter::create(Path::new("/nowhere/run.mcap"), &testing::opening(&scenario)).err().unwrap();

@@ -21,7 +21,7 @@ pub struct TickSamples {
     pub leader: Option<LeaderState>,
     /// What became of the samples on links with faults.
     pub links: Vec<LinkCounts>,
-    /// A sample of an airframe was overwritten before the recorder fetched it.
+    /// Whether an airframe's sample was overwritten before the recorder fetched it.
     pub torn: bool,
 }
 
@@ -38,7 +38,7 @@ pub struct AirframeSample {
     pub turn_rate_rad_s: f64,
     /// Distance to the centre of the nearest obstacle in sensor range.
     pub obstacle_distance_m: Option<f64>,
-    /// Who flies it.
+    /// What controls it.
     pub mode: FlightMode,
 }
 
@@ -91,7 +91,7 @@ pub struct Frame {
     pub links: Vec<LinkTotals>,
     /// Each UAV, number 1 first.
     pub uavs: Vec<UavFrame>,
-    /// Something of this tick was lost.
+    /// Whether a sample of this tick was lost.
     pub torn: bool,
     /// The ring that the UAVs are measured against.
     pub ring: FlownRing,
@@ -133,7 +133,7 @@ pub struct TrueState {
     pub slot_error_m: Option<f64>,
     /// Distance to the centre of the nearest obstacle in sensor range, the d of Eq. (13).
     pub obstacle_distance_m: Option<f64>,
-    /// Who flies the airframe.
+    /// What controls the airframe.
     pub mode: FlightMode,
 }
 
@@ -172,9 +172,9 @@ pub struct ControlTerms {
     pub repulsion_m: [f64; 2],
     /// `F_i`, Eq. (3).
     pub potential_m2: f64,
-    /// Eq. (12) cut the speed.
+    /// Whether Eq. (12) cut the speed.
     pub speed_saturated: bool,
-    /// Eq. (12) cut the turn rate.
+    /// Whether Eq. (12) cut the turn rate.
     pub turn_rate_saturated: bool,
     /// Age of the previous neighbour's data when they were used; `None` if none ever arrived.
     pub previous_age_s: Option<f64>,
@@ -182,13 +182,13 @@ pub struct ControlTerms {
     pub next_age_s: Option<f64>,
     /// Age of the leader's data.
     pub leader_age_s: Option<f64>,
-    /// How many UAVs the agent holds for alive, itself included.
+    /// Number of UAVs that the agent considers alive, itself included.
     pub living: u32,
-    /// The agent follows the predicted path of a leader that has been silent for longer than the loss timeout.
+    /// Whether the leader has been silent for longer than the loss timeout, so that the agent follows its predicted path.
     pub leader_silent: bool,
-    /// The slots move to the places that a loss or a return gave them.
+    /// Whether the slots still move to their new positions after a loss or a return.
     pub slots_moving: bool,
-    /// Fingerprint of the UAVs that the agent holds for lost: 0 for an empty set, and equal where two agents agree.
+    /// Fingerprint of the UAVs that the agent considers lost: 0 for none, and equal if two agents agree.
     pub lost_fingerprint: u64,
 }
 
@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_measures_from_true_places() {
+    fn a_frame_measures_from_true_positions() {
         let scenario = testing::ring_of(4, 10.0);
         let radius = scenario.formation().radius_m();
         let mut samples = TickSamples::new(4);

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// One tick, put together.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Assembled {
-    /// What everybody sent.
+    /// The payloads of the tick.
     pub(crate) samples: TickSamples,
     /// How long the tick took, by the wall clock.
     pub(crate) timing: Option<TickTiming>,
@@ -21,7 +21,7 @@ pub(crate) struct Assembly {
     ticks: BTreeMap<i64, Assembled>,
     /// Ticks before this one are handed out already, or are in the log of a predecessor.
     next: i64,
-    /// The newest tick that the world or the leader spoke of.
+    /// The newest tick of any sample from the world or the leader.
     newest: Option<i64>,
     /// The newest tick of each airframe.
     newest_airframes: Vec<Option<i64>>,
@@ -36,7 +36,7 @@ impl Assembly {
         Self { ticks: BTreeMap::new(), next: first, newest: None, newest_airframes, spare: Vec::new() }
     }
 
-    /// Takes what `uav` senses.
+    /// Takes what `uav` sensed.
     pub(crate) fn put_sensed(&mut self, uav: UavId, sensed: &Sensed) {
         self.note(sensed.tick.0);
         self.newest_airframes[uav.index()] = Some(sensed.tick.0);
@@ -45,14 +45,14 @@ impl Assembly {
         }
     }
 
-    /// Takes what the agent of `uav` commands and why.
+    /// Takes what the agent of `uav` commanded and why.
     pub(crate) fn put_account(&mut self, uav: UavId, account: &Account) {
         if let Some(tick) = self.at(account.tick.0) {
             tick.samples.accounts[uav.index()] = Some(*account);
         }
     }
 
-    /// Takes where the leader is.
+    /// Takes the leader's state.
     pub(crate) fn put_leader(&mut self, leader: &LeaderState) {
         self.note(leader.tick.0);
         if let Some(tick) = self.at(leader.tick.0) {
@@ -75,7 +75,7 @@ impl Assembly {
         }
     }
 
-    /// The newest tick heard of; an agent alone cannot make one.
+    /// The newest tick of the flight. Agents do not count: one that is wrong about the tick must not end a tick for all.
     pub(crate) fn newest(&self) -> Option<i64> {
         self.newest
     }
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tick_is_torn_where_a_uav_is_missing_that_flies_on() {
+    fn a_tick_is_torn_if_it_lacks_a_uav_that_flies_on() {
         let mut assembly = Assembly::new(3, 0);
         let flights: [&[i64]; 3] = [&[0, 1, 2, 3], &[0, 2, 3], &[0, 1]];
         for (uav, ticks) in UavId::all(3).zip(flights) {
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn an_account_comes_too_late_once_its_tick_is_handed_out() {
+    fn an_account_is_too_late_once_its_tick_is_handed_out() {
         let mut assembly = Assembly::new(3, 0);
         assembly.put_sensed(UavId(1), &testing::sensed(4, 1, [0.0, 0.0]));
         let tick = assembly.take_before(5).unwrap();

@@ -25,15 +25,15 @@ use std::{collections::BTreeMap, path::Path, time::Duration};
 pub struct RecorderReport {
     /// The flight in numbers.
     pub summary: FlightSummary,
-    /// What was lost of it.
+    /// The ticks that are missing from the log.
     pub gaps: Vec<Gap>,
-    /// Messages in the log; 0 without one.
+    /// Number of messages in the log; 0 without a log.
     pub messages: u64,
-    /// Why the log is not whole, if it could not be written to the end.
+    /// Why the log could not be written to its end, if it could not.
     pub problem: Option<String>,
 }
 
-/// A recording that is being made.
+/// A recording in progress.
 pub(crate) struct Recording {
     log: Option<LogWriter>,
     metrics: Metrics,
@@ -43,6 +43,7 @@ pub(crate) struct Recording {
     timing: bool,
     /// Why the ticks before the first frame are missing, if they are.
     first_cause: GapCause,
+    /// Whether a whole frame has come.
     began: bool,
     /// Events that are not in the log yet.
     waiting: Vec<TimedEvent>,
@@ -51,9 +52,9 @@ pub(crate) struct Recording {
 }
 
 impl Recording {
-    /// Begins the log at `path`, or goes on with that of a recorder that died; without a path, measures alone.
+    /// Starts the log at `path`, or continues the log of a recorder that died. Without a path, the flight is only measured.
     ///
-    /// When the flight has not `begun`, a log that holds some of it is another one's.
+    /// While the flight has not `begun`, a log with messages is one of another flight and is refused.
     pub(crate) fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
         let mut past = Past::new(opening.scenario);
         let log = match path {
@@ -83,7 +84,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// The first tick that is still wanted.
+    /// The first tick that is not recorded yet.
     pub(crate) fn expected(&self) -> i64 {
         self.gaps.expected()
     }
@@ -125,14 +126,14 @@ impl Recording {
         }
         self.metrics.observe(frame);
         self.metrics.set_lost(self.gaps.lost());
-        // Without a log nobody looks, and drawing takes longer than measuring.
+        // Views exist only in the log, and making them takes longer than measuring.
         let Some(log) = &mut self.log else { return Ok(()) };
         self.viewer.observe(frame);
         let view = self.viewer.view(frame, self.metrics.moment());
         log.write_frame(frame, timing, &events, &view)
     }
 
-    /// The events up to `tick`, in order of time.
+    /// Takes the waiting events up to `tick`, in order of time.
     fn take_events(&mut self, tick: i64) -> Vec<TimedEvent> {
         if self.waiting.is_empty() {
             return Vec::new();
@@ -142,12 +143,12 @@ impl Recording {
         self.waiting.drain(..due).collect()
     }
 
-    /// Puts everything so far into the file if the last time was more than `period` of wall-clock time ago.
+    /// Flushes the log if the last flush was more than `period` of wall-clock time ago.
     pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
         self.log.as_mut().map_or(Ok(()), |log| log.flush_if_older(period))
     }
 
-    /// What is known of the flight now.
+    /// The report on the flight so far.
     pub(crate) fn report(&self) -> RecorderReport {
         RecorderReport {
             summary: self.metrics.summary(),
@@ -157,7 +158,7 @@ impl Recording {
         }
     }
 
-    /// Ends the log with what the `world` saw and how the flight is judged.
+    /// Ends the log with the verdict, the metrics and the report of the `world`; without a report the verdict is `failed`.
     pub(crate) fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
         let last_tick = (self.gaps.expected() - 1).max(0);
         if let Some(gap) = self.gaps.end() {
@@ -218,8 +219,8 @@ mod tests {
 
     fn lines(path: &Path) -> Vec<(u32, String)> {
         let seen = messages(&std::fs::read(path).unwrap());
-        let told = seen.iter().filter(|message| message.topic == topics::LOG);
-        told.map(|message| (message.tick, Log::decode(&*message.data).unwrap().message)).skip(1).collect()
+        let logged = seen.iter().filter(|message| message.topic == topics::LOG);
+        logged.map(|message| (message.tick, Log::decode(&*message.data).unwrap().message)).skip(1).collect()
     }
 
     fn world() -> WorldReport {
@@ -276,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn lost_ticks_are_counted_and_told_once() {
+    fn lost_ticks_are_counted_and_logged_once() {
         let (_folder, path) = place();
         let scenario = ring_of(3, 40.0);
         let mut recording = testing::recording(&path, &scenario);
@@ -311,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_log_the_flight_is_measured_all_the_same() {
+    fn without_a_log_the_flight_is_measured_as_well() {
         let scenario = ring_of(3, 40.0);
         let mut recording = Recording::begin(None, &testing::opening(&scenario), false).unwrap();
         testing::observe(&mut recording, &flight(&scenario, 0..10));

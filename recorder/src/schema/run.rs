@@ -3,43 +3,43 @@
 use crate::metrics::LinkTotals;
 use ringwing_flight::TickTiming;
 
-/// Everything that is wrong, on change and each second: `/faults`.
+/// The faults in force, on change and each second: `/faults`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct Faults {
-    /// The tick from which on this is so.
+    /// The tick from which these faults are in force.
     #[prost(sint64, tag = "1")]
     pub tick: i64,
-    /// Processes that are gone and not replaced.
+    /// Number of processes that have ended and are not replaced.
     #[prost(uint32, tag = "2")]
     pub lost: u32,
-    /// Processes that are stopped.
+    /// Number of processes that are frozen.
     #[prost(uint32, tag = "3")]
     pub frozen: u32,
-    /// Airframes that fly, or flew out of the sky, without their agent.
+    /// Number of airframes that fly, or have vanished, by their failsafe.
     #[prost(uint32, tag = "4")]
     pub failsafe: u32,
-    /// UAVs that ever ran into something.
+    /// Number of UAVs that have collided at any time.
     #[prost(uint32, tag = "5")]
     pub collided: u32,
-    /// All of it in one line; `none` when nothing is wrong.
+    /// All faults in one line; `none` if nothing is wrong.
     #[prost(string, tag = "6")]
     pub summary: String,
-    /// Who is lost.
+    /// The lost processes.
     #[prost(string, repeated, tag = "7")]
     pub lost_names: Vec<String>,
-    /// Who is frozen.
+    /// The frozen processes.
     #[prost(string, repeated, tag = "8")]
     pub frozen_names: Vec<String>,
-    /// Who is in its failsafe.
+    /// The UAVs in their failsafe.
     #[prost(string, repeated, tag = "9")]
     pub failsafe_names: Vec<String>,
-    /// Who has collided.
+    /// The UAVs that have collided.
     #[prost(string, repeated, tag = "10")]
     pub collided_names: Vec<String>,
-    /// Faults in force that somebody asked for: of links, and of processes that answer late.
+    /// Number of link faults and delayed answers in force.
     #[prost(uint32, tag = "11")]
     pub asked: u32,
-    /// Each as the sentence that asked for it.
+    /// The sentences that asked for these.
     #[prost(string, repeated, tag = "12")]
     pub asked_sentences: Vec<String>,
 }
@@ -97,7 +97,7 @@ impl LinkCounts {
     }
 }
 
-/// How long a tick took and where, by the wall clock, every tick: `/timing`.
+/// How long each step of a tick took, by the wall clock, every tick: `/timing`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct Timing {
     /// The tick.
@@ -109,25 +109,25 @@ pub struct Timing {
     /// From the opening to the moment the last agent saw it.
     #[prost(double, tag = "3")]
     pub wake_us: f64,
-    /// The longest an agent took to read its inputs.
+    /// The longest time that an agent took to read its inputs.
     #[prost(double, tag = "4")]
     pub read_us: f64,
-    /// The longest an agent took to compute and publish.
+    /// The longest time that an agent took to compute and publish.
     #[prost(double, tag = "5")]
     pub compute_us: f64,
-    /// The longest from an agent's answer to the world's reading it.
+    /// The longest time from an agent's answer until the world read it.
     #[prost(double, tag = "6")]
     pub return_us: f64,
-    /// How late the tick was opened against its deadline.
+    /// How long after its deadline the tick was opened.
     #[prost(double, tag = "7")]
     pub late_us: f64,
-    /// Airframes whose command of this tick arrived in time.
+    /// Number of airframes whose command of this tick arrived in time.
     #[prost(uint32, tag = "8")]
     pub answered: u32,
-    /// Airframes that flew on an older command.
+    /// Number of airframes that flew on an older command.
     #[prost(uint32, tag = "9")]
     pub reused: u32,
-    /// Deadlines missed by a whole period or more.
+    /// Number of deadlines missed by a whole period or more.
     #[prost(uint32, tag = "10")]
     pub missed_deadlines: u32,
 }

@@ -29,117 +29,117 @@ pub struct UavState {
     /// Turn rate flown over the last tick.
     #[prost(double, tag = "7")]
     pub turn_rate_rad_s: f64,
-    /// True distance to the ring neighbour before, while that one flies.
+    /// True distance to the previous ring neighbour, while that one flies.
     #[prost(double, optional, tag = "8")]
     pub previous_distance_m: Option<f64>,
-    /// True distance to the ring neighbour after, while that one flies.
+    /// True distance to the next ring neighbour, while that one flies.
     #[prost(double, optional, tag = "9")]
     pub next_distance_m: Option<f64>,
     /// True distance to the leader, while there is one.
     #[prost(double, optional, tag = "10")]
     pub leader_distance_m: Option<f64>,
-    /// The slot that the law gives it at the leader's true position, east.
+    /// Its slot around the leader's true position, east.
     #[prost(double, optional, tag = "11")]
     pub slot_x_m: Option<f64>,
-    /// The same, north.
+    /// Its slot around the leader's true position, north.
     #[prost(double, optional, tag = "12")]
     pub slot_y_m: Option<f64>,
     /// Distance from that slot.
     #[prost(double, optional, tag = "13")]
     pub slot_error_m: Option<f64>,
-    /// Distance to the centre of the nearest obstacle sensed, the d of Eq. (13).
+    /// Distance to the centre of the nearest obstacle in sensor range, the d of Eq. (13).
     #[prost(double, optional, tag = "14")]
     pub obstacle_distance_m: Option<f64>,
-    /// Who flies the airframe: `commanded`, or the failsafe's name.
+    /// What controls the airframe: `commanded`, or the name of its failsafe.
     #[prost(string, tag = "15")]
     pub mode: String,
 }
 
-/// What an agent asked of its airframe and how that came about, every tick: `/uav/001/control`.
+/// What an agent commanded and the terms behind it, every tick: `/uav/001/control`.
 ///
-/// The terms of `f_i` are rounded to single precision; commands, repulsion and potential are as they were, to the bit.
+/// The terms of `f_i` are rounded to single precision. Commands, repulsion and potential are exact.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
-#[expect(clippy::struct_excessive_bools, reason = "each is told for itself, as viewers plot it")]
+#[expect(clippy::struct_excessive_bools, reason = "four independent facts, each plotted by itself")]
 pub struct UavControl {
-    /// The tick whose senses it answers.
+    /// The tick whose sensed state the command answers.
     #[prost(sint64, tag = "1")]
     pub tick: i64,
     /// The UAV's number, from 1.
     #[prost(uint32, tag = "2")]
     pub uav: u32,
-    /// `v_i`.
+    /// The commanded speed `v_i`.
     #[prost(double, tag = "3")]
     pub speed_command_m_s: f64,
-    /// `omega_i`.
+    /// The commanded turn rate `omega_i`.
     #[prost(double, tag = "4")]
     pub turn_rate_command_rad_s: f64,
     /// Both neighbours' terms of `f_i`, Eq. (4), east.
     #[prost(double, tag = "5")]
     pub neighbour_force_x_m: f64,
-    /// The same, north.
+    /// Both neighbours' terms, north.
     #[prost(double, tag = "6")]
     pub neighbour_force_y_m: f64,
-    /// The neighbour before alone, east.
+    /// The previous neighbour's term, east.
     #[prost(double, tag = "7")]
     pub previous_force_x_m: f64,
-    /// The same, north.
+    /// The previous neighbour's term, north.
     #[prost(double, tag = "8")]
     pub previous_force_y_m: f64,
-    /// The neighbour after alone, east.
+    /// The next neighbour's term, east.
     #[prost(double, tag = "9")]
     pub next_force_x_m: f64,
-    /// The same, north.
+    /// The next neighbour's term, north.
     #[prost(double, tag = "10")]
     pub next_force_y_m: f64,
     /// The formation centre's term of `f_i`, east.
     #[prost(double, tag = "11")]
     pub centre_force_x_m: f64,
-    /// The same, north.
+    /// The formation centre's term, north.
     #[prost(double, tag = "12")]
     pub centre_force_y_m: f64,
     /// The slot's term of `f_i`, east.
     #[prost(double, tag = "13")]
     pub slot_force_x_m: f64,
-    /// The same, north.
+    /// The slot's term, north.
     #[prost(double, tag = "14")]
     pub slot_force_y_m: f64,
     /// `f_obs`, Eq. (13), east.
     #[prost(double, tag = "15")]
     pub repulsion_x_m: f64,
-    /// The same, north.
+    /// `f_obs`, north.
     #[prost(double, tag = "16")]
     pub repulsion_y_m: f64,
-    /// Its length.
+    /// The length of `f_obs`.
     #[prost(double, tag = "17")]
     pub repulsion_m: f64,
-    /// `F_i`, Eq. (3).
+    /// The potential `F_i`, Eq. (3).
     #[prost(double, tag = "18")]
     pub potential_m2: f64,
-    /// Eq. (12) cut the speed.
+    /// Whether Eq. (12) cut the speed.
     #[prost(bool, tag = "19")]
     pub speed_saturated: bool,
-    /// Eq. (12) cut the turn rate.
+    /// Whether Eq. (12) cut the turn rate.
     #[prost(bool, tag = "20")]
     pub turn_rate_saturated: bool,
-    /// Age of the data of the neighbour before when they were used; none if it was never heard.
+    /// Age of the previous neighbour's data when they were used; absent if none ever arrived.
     #[prost(double, optional, tag = "21")]
     pub previous_age_s: Option<f64>,
-    /// The same of the neighbour after.
+    /// Age of the next neighbour's data.
     #[prost(double, optional, tag = "22")]
     pub next_age_s: Option<f64>,
-    /// The same of the leader.
+    /// Age of the leader's data.
     #[prost(double, optional, tag = "23")]
     pub leader_age_s: Option<f64>,
-    /// How many UAVs it holds for living, itself among them.
+    /// Number of UAVs that the agent considers alive, itself included.
     #[prost(uint32, tag = "24")]
     pub living: u32,
-    /// Goes on along the path of a leader that it has not heard for longer than the loss timeout.
+    /// Whether the leader has been silent for longer than the loss timeout, so that the agent follows its predicted path.
     #[prost(bool, tag = "25")]
     pub leader_silent: bool,
-    /// The slots move to the places that a loss or a return gave them.
+    /// Whether the slots still move to their new positions after a loss or a return.
     #[prost(bool, tag = "26")]
     pub slots_moving: bool,
-    /// Stands for those whom it holds for lost: 0 for none, and equal where two UAVs agree.
+    /// Fingerprint of the UAVs that the agent considers lost: 0 for none, and equal if two agents agree.
     #[prost(uint64, tag = "27")]
     pub lost_fingerprint: u64,
 }
