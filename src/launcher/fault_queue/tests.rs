@@ -211,7 +211,7 @@ fn what_makes_no_sense_in_this_run_is_refused_and_changes_nothing() {
     for (sentence, why) in [
         ("kil uav 3", "did you mean kill?"),
         ("kill uav 9", "there is no uav 9"),
-        ("freeze world", "the world keeps the time"),
+        ("freeze world", "the world keeps time"),
         ("heal link 3->2", "there is nothing to heal"),
         ("link 2->3 delay file \"wifi.txt\"", "reads no files"),
     ] {
