@@ -16,6 +16,6 @@ pub mod reception;
 pub mod uav_agent;
 
 pub use pilot::{Decision, Pilot};
-pub use process::{AgentError, Args, run};
+pub use process::{AgentArgs, AgentError, run};
 pub use reception::Inputs;
 pub use uav_agent::{Answer, UavAgent};
