@@ -56,7 +56,7 @@ enum Verb {
     },
     /// (process) Fly one UAV of a run
     #[command(display_order = 100)]
-    Agent(ringwing_agent::Args),
+    Agent(ringwing_agent::AgentArgs),
     /// (process) Integrate the airframes of a run and keep its time
     #[command(display_order = 101)]
     World(ringwing_world::Args),
