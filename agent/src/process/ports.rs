@@ -95,10 +95,10 @@ impl<'m> AgentPorts<'m> {
     ) -> Result<(), BusError> {
         let before = Tick(now.0 - 1);
         // An agent that was not there in the tick before ignores what was sent in it.
-        let has_listened = self.received.replace(now) == Some(before);
+        let was_there = self.received.replace(now) == Some(before);
         let is_missing = |agent: &UavAgent| {
             let was_sent = || gate.led() >= Some(before) && !gate.is_closed();
-            has_listened && agent.newest_leader_arrived() < Some(before) && was_sent()
+            was_there && agent.newest_leader_arrived() < Some(before) && was_sent()
         };
         let since = Instant::now();
         while is_missing(agent)
