@@ -46,11 +46,7 @@ const ROOMS: [Room; 11] = [
         uses: &["agent", "flight", "leader", "recorder", "scenario", "world"],
         with_io: &[],
     },
-    Room {
-        folder: "agent",
-        uses: &["bus", "flight", "scenario"],
-        with_io: &["lib.rs", "process"],
-    },
+    Room { folder: "agent", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
     Room { folder: "leader", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process.rs"] },
     Room {
         folder: "recorder",

@@ -7,6 +7,8 @@
 //!
 //! Never reads the world's truth, nor the state of any UAV that is not its ring neighbour.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod law;
 pub mod membership;
 pub mod pilot;

@@ -93,7 +93,8 @@ impl<T: Payload> Channel<T> {
         Ok(Publisher { port, name: self.name.clone() })
     }
 
-    /// Opens a receiving end that keeps the newest `depth` samples; waits until the place of a dead reader is free again.
+    /// Opens a receiving end that keeps the newest `depth` samples; waits until the place of a dead reader is free
+    /// again.
     pub fn subscriber(&self, node: &Node<ipc::Service>, depth: usize) -> Result<Subscriber<T>, BusError> {
         let factory = self.open(node)?;
         let port = retry(|| self.connect(&factory, depth), |error| *error == NO_PLACE)

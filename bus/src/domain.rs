@@ -202,8 +202,8 @@ impl Domain {
 
     /// iceoryx2's configuration for this domain.
     ///
-    /// Only the launcher cleans up after dead processes. By default each process would do so when it starts, which makes
-    /// the start of a hundred processes four times slower.
+    /// Only the launcher cleans up after dead processes. By default each process would do so when it starts, which
+    /// makes the start of a hundred processes four times slower.
     pub(crate) fn config(&self) -> Result<Config, BusError> {
         let mut config = Config::default();
         let prefix = self.id.segment_prefix();
@@ -251,7 +251,8 @@ fn create_lock(id: &DomainId) -> Result<Option<fs::File>, BusError> {
         Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => return Ok(None),
         Err(error) => return Err(BusError::file(path)(error)),
     };
-    // Another process may have taken the free lock for abandoned and removed it. Then the file on disk is no longer ours.
+    // Another process may have taken the free lock for abandoned and removed it. Then the file on disk is no longer
+    // ours.
     let locked = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok();
     let inode = |meta: std::io::Result<fs::Metadata>| meta.map(|meta| meta.ino()).ok();
     let ours = locked && inode(lock.metadata()) == inode(fs::metadata(&path));

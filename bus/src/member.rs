@@ -32,8 +32,8 @@ pub struct Member {
 impl Member {
     /// Joins the run as `part`.
     ///
-    /// The kernel ends this process with its launcher. A process that was started by hand has no launcher to end with; it
-    /// stops by itself when the run's launcher is gone.
+    /// The kernel ends this process with its launcher. A process that was started by hand has no launcher to end
+    /// with; it stops by itself when the run's launcher is gone.
     pub fn join(args: &MemberArgs, part: Part) -> Result<Self, BusError> {
         if let Some(launcher) = args.launcher {
             die_with(launcher)?;

@@ -13,8 +13,8 @@ use std::{
 
 /// One cache line: a [`Word`] and a [`Number`], of which a page's layout usually names one.
 ///
-/// Values that different processes write must be on different lines. On a shared line, each write to one value takes the
-/// line away from the readers of the other.
+/// Values that different processes write must be on different lines. On a shared line, each write to one value takes
+/// the line away from the readers of the other.
 #[repr(C, align(64))]
 struct Line {
     word: AtomicU32,

@@ -30,8 +30,8 @@ const STATE_READERS: usize = 5;
 /// Publishers per service: one sender, and dead ones that are not cleaned up yet. With fewer, a sender that is killed
 /// repeatedly cannot restart at once.
 const SENDERS: usize = 3;
-/// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run. With fewer,
-/// they wait for a place.
+/// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run. With
+/// fewer, they wait for a place.
 const SPARE_READERS: usize = 3;
 
 /// What `uav` senses, from the world, for the agent and the recorder.

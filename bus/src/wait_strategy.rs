@@ -15,8 +15,8 @@ use std::{
 
 /// Decides for each wait whether to yield before sleeping, from what yielding brought in the last ones.
 ///
-/// Where processes alternate on few cores, `sched_yield` hands over in a fraction of the time that a sleep takes. Beside
-/// a busy foreign process it gives away whole time slices instead. So a process yields only while that pays.
+/// Where processes alternate on few cores, `sched_yield` hands over in a fraction of the time that a sleep takes.
+/// Beside a busy foreign process it gives away whole time slices instead. So a process yields only while that pays.
 #[derive(Debug)]
 pub struct WaitStrategy(Kind);
 
@@ -61,14 +61,14 @@ const YIELDING_RETRY_WAITS: u32 = 256;
 const TIMED_RETRY_WAITS_MIN: u32 = 8;
 /// Where the doubling ends. More would make a process miss for minutes that a disturbance is over.
 const TIMED_RETRY_WAITS_MAX: u32 = 4096;
-/// A yield that takes at least this long has run another process's time slice. A smaller value takes ordinary hand-overs
-/// for that; a larger one does not notice.
+/// A yield that takes at least this long has run another process's time slice. A smaller value takes ordinary
+/// hand-overs for that; a larger one does not notice.
 const LONG_YIELD: Duration = Duration::from_micros(500);
 /// How often a spinning process checks between two yields. More see a change sooner on a core of its own; fewer waste
 /// less where processes share one.
 const CHECKS_PER_YIELD: u32 = 100;
-/// After how many yields a spinning wait returns to its caller, which may have more to check. More delay that; fewer cost
-/// calls.
+/// After how many yields a spinning wait returns to its caller, which may have more to check. More delay that; fewer
+/// cost calls.
 const YIELDS_PER_SPIN: u32 = 100;
 
 impl WaitStrategy {
@@ -121,8 +121,8 @@ impl WaitStrategy {
         }
     }
 
-    /// The time to stand by for in a wait that begins now and should end at `due`: no time at all while standing by does
-    /// not pay.
+    /// The time to stand by for in a wait that begins now and should end at `due`: no time at all while standing by
+    /// does not pay.
     pub(crate) fn stands_by_for(&mut self, due: Due) -> Due {
         match &mut self.0 {
             Kind::Timed { waits_until_retry: 0, .. } => due,

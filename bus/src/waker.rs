@@ -136,18 +136,19 @@ impl EventPorts {
 
     /// Waits for one event, at most for `limit`, or until a signal.
     fn listen(&self, limit: Duration) -> Result<(), BusError> {
-        finished(self.listener.timed_wait(drop, limit))
+        self.listener.timed_wait(drop, limit).map(drop).or_else(unless_interrupted)
     }
 
     fn discard(&self) -> Result<(), BusError> {
-        finished(self.listener.try_wait(drop))
+        self.listener.try_wait(drop).map(drop).or_else(unless_interrupted)
     }
 }
 
-fn finished<T>(wait: Result<T, ListenerWaitError>) -> Result<(), BusError> {
-    match wait {
-        Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
-        Err(error) => Err(BusError::ipc("an event cannot be waited for", error)),
+/// A signal ends a wait like an event does: the caller looks at the gate either way.
+fn unless_interrupted(error: ListenerWaitError) -> Result<(), BusError> {
+    match error {
+        ListenerWaitError::InterruptSignal => Ok(()),
+        error => Err(BusError::ipc("an event cannot be waited for", error)),
     }
 }
 

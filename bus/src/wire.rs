@@ -8,8 +8,8 @@ use ringwing_flight::Payload;
 #[repr(transparent)]
 pub struct Wire<T>(pub T);
 
-// SAFETY: a `Payload` is `Pod`: it has a fixed layout and no pointers, and every bit pattern is a valid value. `Wire` is
-// transparent.
+// SAFETY: a `Payload` is `Pod`: it has a fixed layout and no pointers, and every bit pattern is a valid value. `Wire`
+// is transparent.
 #[expect(unsafe_code, reason = "in iceoryx2, the promise that a type can be shared is an unsafe trait")]
 unsafe impl<T: Payload> ZeroCopySend for Wire<T> {
     unsafe fn type_name() -> &'static str {

@@ -1,11 +1,16 @@
-//! What flight is, for every process of a run: who flies, when, what they tell each other, and how they move.
+//! The vocabulary of a flight: what every process and every tool of ringwing agrees on.
 //!
-//! [`id`] names UAVs, processes and ticks; [`payload`] holds the messages and [`event`] what happens once; [`report`] is
-//! what the world leaves at the end. [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`ring`]
-//! that of the UAVs still alive, and [`draw`] makes every seeded draw.
+//! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for.
+//! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
+//!   account of a finished flight.
+//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, and [`ring`] that of the UAVs still
+//!   alive.
+//! - [`draw`] makes all seeded draws.
 //!
-//! Never knows processes, services, clocks, files or the scenario: whatever is here gives the same bits for the same
+//! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
 //! inputs.
+
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod draw;
 pub mod event;

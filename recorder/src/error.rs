@@ -2,7 +2,6 @@
 
 use mcap::McapError;
 use ringwing_bus::BusError;
-use ringwing_scenario::ScenarioError;
 use std::{
     io::{self, ErrorKind},
     path::{Path, PathBuf},
@@ -14,9 +13,6 @@ pub enum RecorderError {
     /// The run is not there, or a process of it is out of reach.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// The scenario in the domain is not one.
-    #[error("the scenario of this run cannot be read")]
-    Scenario(#[from] ScenarioError),
     /// The file system refused.
     #[error("log {}: cannot be {action}: {reason}; {}", path.display(), remedy(reason))]
     Log {

@@ -3,11 +3,7 @@
 
 use mcap::{MessageStream, Summary};
 use ringwing_bus::{
-    DomainId, Gate, Publisher, Stamps,
-    channel::{self, Services},
-    domain::DomainOwner,
-    member::create_node,
-    report,
+    DomainId, DomainOwner, Gate, MemberArgs, Publisher, Services, Stamps, create_node, report, services,
 };
 use ringwing_flight::{
     Account, Command, Event, EventMessage, FlightMode, LeaderState, Part, Sensed, SensedObstacle, Tick,
@@ -39,16 +35,16 @@ struct Everybody {
 impl Everybody {
     fn new() -> Self {
         let scenario = Scenario::default();
-        let (owner, gate) = DomainOwner::create("name = \"unnamed\"\n").unwrap();
+        let (owner, gate) = DomainOwner::create(&scenario.to_toml()).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
         Self {
+            _services: Services::create(&node, &scenario).unwrap(),
             scenario,
-            _services: Services::create(&node, UAVS, false, false).unwrap(),
-            sensed: UavId::all(UAVS).map(|uav| channel::sensed(uav).publisher(&node).unwrap()).collect(),
-            accounts: UavId::all(UAVS).map(|uav| channel::account(uav).publisher(&node).unwrap()).collect(),
-            leader: channel::leader(UAVS).publisher(&node).unwrap(),
-            timing: channel::timing().publisher(&node).unwrap(),
-            events: channel::world_events().publisher(&node).unwrap(),
+            sensed: UavId::all(UAVS).map(|uav| services::sensed(uav).publisher(&node).unwrap()).collect(),
+            accounts: UavId::all(UAVS).map(|uav| services::account(uav).publisher(&node).unwrap()).collect(),
+            leader: services::leader(UAVS).publisher(&node).unwrap(),
+            timing: services::timing().publisher(&node).unwrap(),
+            events: services::world_events().publisher(&node).unwrap(),
             gate,
             owner,
         }
@@ -59,7 +55,7 @@ impl Everybody {
     }
 
     fn await_recorder(&self) {
-        wait_until("the recorder is there", || self.gate.attendant(Part::Recorder).is_some());
+        wait_until("the recorder is there", || self.gate.ready_process(Part::Recorder).is_some());
     }
 
     fn fly(&self, ticks: std::ops::Range<i64>) {
@@ -100,7 +96,7 @@ impl Everybody {
             late_max_us: 0.0,
             latency: None,
         };
-        self.owner.domain().leave_report(report::WORLD, &world).unwrap();
+        self.owner.domain().write_report(report::WORLD, &world).unwrap();
         self.gate.close();
     }
 
@@ -138,7 +134,7 @@ fn wait_until(what: &str, condition: impl Fn() -> bool) {
 }
 
 fn start(domain: DomainId, log: Option<PathBuf>) -> thread::JoinHandle<Result<(), RecorderError>> {
-    thread::spawn(move || run(&Args { domain, launcher: None, log, no_timing: false }))
+    thread::spawn(move || run(&Args { member: MemberArgs { domain, launcher: None }, log, no_timing: false }))
 }
 
 #[test]

@@ -59,7 +59,11 @@ pub(crate) struct Air {
 impl Air {
     pub(crate) fn new(uavs: u32) -> Self {
         let count = uavs as usize;
-        Self { sensed: vec![Sent::nothing(); count], states: vec![Sent::nothing(); count], leader: Sent::nothing() }
+        Self {
+            sensed: vec![Sent::nothing(); count],
+            states: vec![Sent::nothing(); count],
+            leader: Sent::nothing(),
+        }
     }
 }
 

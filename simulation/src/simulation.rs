@@ -7,7 +7,8 @@ use crate::{
 };
 use ringwing_agent::UavAgent;
 use ringwing_flight::{
-    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, Sensed, Tick, TimedEvent, UavId, WorldReport,
+    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, Sensed, Tick, TimedEvent, UavId,
+    WorldReport,
 };
 use ringwing_leader::Path;
 use ringwing_scenario::{
@@ -66,7 +67,7 @@ impl Simulation {
         if scenario.time.real_time {
             return Err(SimulationError::RealTime(scenario.name.clone()));
         }
-        let starts = start::places(scenario)?;
+        let starts = start::states(scenario)?;
         let uavs = scenario.formation.uavs;
         let schedule = scenario.schedule();
         let mut simulation = Self {
@@ -209,7 +210,8 @@ impl Simulation {
             Part::Recorder => {
                 let after = self.recorder.after(action)?;
                 // A recorder that is to stay away is started again by its own fault; any other is replaced at once.
-                let is_replaced = matches!(action, ProcessAction::Kill { returns: false } | ProcessAction::Stop);
+                let is_replaced =
+                    matches!(action, ProcessAction::Kill { returns: false } | ProcessAction::Stop);
                 self.recorder = if is_replaced { ProcessState::Running } else { after };
             }
             Part::Leader => {

@@ -102,6 +102,6 @@ pub(super) fn scenario(case: &Case, seed: u64) -> anyhow::Result<Scenario> {
     };
     (scenario.ipc.payload_bytes, scenario.ipc.few_uavs) = (case.payload_bytes, case.uavs < 3);
     let scenario = Scenario::resolved(&scenario.to_toml())?;
-    start::places(&scenario)?;
+    start::states(&scenario)?;
     Ok(scenario)
 }

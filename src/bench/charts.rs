@@ -14,7 +14,7 @@ use crate::drawing::{
     strip,
 };
 use plotters::style::RGBColor;
-use ringwing_recorder::palette::{self, Rgb};
+use ringwing_recorder::show::palette::{self, Rgb};
 use std::collections::BTreeSet;
 
 /// Places in the palette: the dark ones first, which show on white.

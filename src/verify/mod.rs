@@ -1,6 +1,6 @@
-//! `ringwing verify`: flies a log's scenario again and compares every message that chance has no part in.
+//! `ringwing verify`: flies a log's scenario again and compares every message except wall-clock times.
 //!
-//! Never touches the log; the second flight has a temporary folder of its own.
+//! Never changes the log: the second flight has a temporary folder of its own.
 
 mod difference;
 
@@ -12,7 +12,11 @@ use crate::{
 };
 use anyhow::bail;
 use difference::Difference;
-use ringwing_recorder::reader::{Message, Reader};
+use ringwing_flight::TimedEvent;
+use ringwing_recorder::{
+    log::reader::{LogMessage, Reader},
+    schema::topics,
+};
 use ringwing_scenario::Scenario;
 use std::{
     collections::BTreeSet,
@@ -20,17 +24,15 @@ use std::{
     process::ExitCode,
 };
 
-/// Wall-clock times differ from run to run.
-const TIMING: &str = "/timing";
 /// Which log to verify.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    /// The log of a lockstep run: its `run.mcap`
+pub(crate) struct VerifyArgs {
+    /// Log of a lockstep run, its `run.mcap`
     log: PathBuf,
 }
 
-/// Flies again and compares.
-pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+/// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
+pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     let scenario = repeatable(&args.log)?;
     let folder = tempfile::tempdir()?;
     let plan = Plan {
@@ -65,29 +67,31 @@ fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
     }
 }
 
-/// The scenario of a log that the same build must be able to repeat.
+/// The scenario of the log; an error if the flight cannot be repeated.
 fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     let mut reader = Reader::open(log)?;
     let scenario = reader.scenario()?;
     let not = format!("log {}: is not repeatable", log.display());
     if scenario.time.real_time {
-        bail!("{not}: it is of a real-time run, whose flight depends on the wall clock; fly it in lockstep");
+        bail!(
+            "{not}: it is the log of a real-time run, which depends on the wall clock; fly the scenario in lockstep"
+        );
     }
-    for tick in reader.ticks(scenario.formation.uavs) {
-        if let Some(event) = tick.events.iter().find(|event| event.event.is_by_chance()) {
-            bail!("{not}: at {} this happened by chance: {}", event.tick, scenario.event_text(&event.event));
+    for tick in reader.ticks(&scenario) {
+        if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
+            bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
         }
     }
-    if let Some(damage) = reader.damages().told.first() {
-        bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.what);
+    if let Some(damage) = reader.damages().listed.first() {
+        bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.problem);
     }
     if reader.result().is_none_or(|result| result.get("verdict").is_none_or(|verdict| verdict == "failed")) {
-        bail!("{not}: its flight did not come to its end");
+        bail!("{not}: the flight did not complete");
     }
     Ok(scenario)
 }
 
-/// How many messages are equal in both logs, or the first that is not.
+/// The number of messages if all are equal in both logs, or else the first difference.
 fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> {
     let messages = |path: &Path| Reader::open(path).map(|reader| reader.filter(is_compared));
     let (mut recorded, mut flown) = (messages(log)?, messages(again)?);
@@ -101,10 +105,44 @@ fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> 
     }
 }
 
-fn is_compared(message: &Message) -> bool {
-    message.channel.topic != TIMING
+/// The first event that depends on chance. A flight with such an event may differ the next time.
+fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
+    events.iter().find(|timed| timed.event.is_by_chance())
 }
 
-fn is_same(one: &Message, other: &Message) -> bool {
-    one.channel.topic == other.channel.topic && one.sequence == other.sequence && one.data == other.data
+/// Whether a message should be equal in both logs; wall-clock times differ from run to run.
+fn is_compared(message: &LogMessage) -> bool {
+    message.topic.name != topics::TIMING
+}
+
+fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
+    one.topic.name == other.topic.name && one.sequence == other.sequence && one.data == other.data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ringwing_flight::{Event, Part, ProcessAction, Tick, UavId};
+
+    const AGENT: Part = Part::Agent(UavId(3));
+
+    fn log_of(event: Event) -> [TimedEvent; 2] {
+        let asked =
+            Event::ProcessFault { part: AGENT, action: ProcessAction::Stop, sentence: "stop uav 3".into() };
+        [asked, event].map(|event| TimedEvent { tick: Tick(7), event })
+    }
+
+    #[test]
+    fn a_flight_in_which_a_process_was_silent_or_a_fault_overdue_is_refused() {
+        for event in [Event::ProcessSilent { part: AGENT, waited_s: 5.0 }, Event::FaultOverdue] {
+            let events = log_of(event);
+            assert_eq!(first_by_chance(&events), Some(&events[1]));
+        }
+    }
+
+    #[test]
+    fn faults_that_the_scenario_asks_for_can_be_repeated() {
+        let events = log_of(Event::LinkFault { sentence: "link 2->3 hold".into() });
+        assert_eq!(first_by_chance(&events), None);
+    }
 }

@@ -26,7 +26,7 @@ impl Flight {
             count,
             pilots: UavId::all(count).map(|uav| Pilot::new(scenario, uav)).collect(),
             path: Path::new(scenario),
-            sky: Sky::new(scenario, &start::places(scenario).expect("the UAVs find room")),
+            sky: Sky::new(scenario, &start::states(scenario).expect("the UAVs find room")),
             decisions: vec![None; count as usize],
             led: None,
         }

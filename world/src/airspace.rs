@@ -211,7 +211,9 @@ mod tests {
         let mut expected = Xxh3::new();
         for _ in 0..2 {
             let sensed: Vec<Sensed> = airspace.open_tick().collect();
-            sensed.iter().for_each(|one| expected.update(bytemuck::bytes_of(one)));
+            for one in &sensed {
+                expected.update(bytemuck::bytes_of(one));
+            }
             for uav in 1..=UAVS {
                 expected.update(bytemuck::bytes_of(&command(uav, airspace.now())));
             }

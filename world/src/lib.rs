@@ -7,6 +7,8 @@
 //!
 //! Never knows the formation: where the UAVs should be is the agents' business.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod airframe;
 pub mod airspace;
 mod collisions;
@@ -19,5 +21,5 @@ pub use airframe::{Airframe, Refusal};
 pub use airspace::{Airspace, CommandCounts};
 pub use measure::MeasureArgs;
 pub use pace::{Deadlines, Lateness};
-pub use process::{Args, WorldError, run};
+pub use process::{Args, run};
 pub use sky::Sky;

@@ -145,12 +145,12 @@ impl Measure {
         self.head.ended_ns = now_ns;
         self.head.used = Used::by_all(&self.processes(gate)) - self.before;
         let agents = self.parts.iter().filter(|part| matches!(part, Part::Agent(_)));
-        let pss = agents.filter_map(|part| gate.attendant(*part)).map(pss_bytes);
+        let pss = agents.filter_map(|part| gate.ready_process(*part)).map(pss_bytes);
         self.head.agent_pss_bytes = pss.max().unwrap_or_default();
     }
 
     fn processes(&self, gate: &Gate) -> Vec<u32> {
-        self.parts.iter().filter_map(|part| gate.attendant(*part)).collect()
+        self.parts.iter().filter_map(|part| gate.ready_process(*part)).collect()
     }
 
     fn is_measuring(&self) -> bool {

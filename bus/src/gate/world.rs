@@ -11,8 +11,8 @@ use crate::{Due, WaitStrategy, futex};
 use ringwing_flight::Tick;
 use std::{sync::atomic::Ordering::SeqCst, time::Duration};
 
-/// How many ticks the recorder reads at once in lockstep. More make the log lag further behind and let more be lost with
-/// a recorder that dies; fewer wake it, and slow the swarm down, more often.
+/// How many ticks the recorder reads at once in lockstep. More make the log lag further behind and let more be lost
+/// with a recorder that dies; fewer wake it, and slow the swarm down, more often.
 const BATCH_TICKS: i64 = 16;
 
 impl Gate {

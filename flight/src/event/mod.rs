@@ -315,11 +315,13 @@ impl Event {
         )
     }
 
-    /// The fault's sentence, for events that have one. It is the only part of an event whose length has no bound.
-    pub(crate) fn sentence_mut(&mut self) -> Option<&mut String> {
+    /// The longest text in it, for events that have one. Only texts can be too long for a message.
+    pub(crate) fn longest_text_mut(&mut self) -> Option<&mut String> {
         match self {
+            Self::FaultRefused { why, sentence, .. } => {
+                Some(if why.len() > sentence.len() { why } else { sentence })
+            }
             Self::ProcessFault { sentence, .. }
-            | Self::FaultRefused { sentence, .. }
             | Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }

@@ -4,12 +4,12 @@
 
 mod error;
 
+pub use super::replay::Replayed;
 pub use super::salvage::{LogDamage, LogDamages};
-pub use crate::replay::Replayed;
 pub use error::ReadError;
 
+use super::replay::Replay;
 use super::{RESULT, RUN, SCENARIO, salvage::Salvage};
-use crate::replay::Replay;
 use mcap::records::{self, MessageHeader, Record, SchemaHeader};
 use ringwing_scenario::Scenario;
 use std::{
@@ -209,9 +209,9 @@ pub struct Ticks<'r, R> {
 }
 
 impl<R: Read + Seek> Reader<R> {
-    /// The flight of a swarm of `uavs`, tick by tick, from the current message on.
-    pub fn ticks(&mut self, uavs: u32) -> Ticks<'_, R> {
-        Ticks { reader: self, replay: Replay::new(uavs) }
+    /// The flight, which is one of `scenario`, tick by tick, from the current message on.
+    pub fn ticks(&mut self, scenario: &Scenario) -> Ticks<'_, R> {
+        Ticks { reader: self, replay: Replay::new(scenario) }
     }
 }
 

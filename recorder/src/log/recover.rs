@@ -154,3 +154,59 @@ impl LogRecovery {
         self.writer.write_to_known_channel(&header, data)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{messages, place, record, record_and_die, small_log};
+
+    #[test]
+    fn a_recovered_log_holds_what_was_left_and_has_an_index() {
+        let (folder, path) = place();
+        let file = small_log(record_and_die);
+        let whole = messages(&file);
+        for cut in (200..file.len()).step_by(211).chain([file.len()]) {
+            fs::write(&path, &file[..cut]).unwrap();
+            let out = folder.path().join(format!("{cut}.mcap"));
+            let recovered = recover(&path, &out).unwrap();
+            assert_eq!(fs::read(&path).unwrap(), &file[..cut], "the input is left alone");
+            let rebuilt = fs::read(&out).unwrap();
+            let kept = messages(&rebuilt);
+            assert_eq!(kept[..], whole[..kept.len()], "cut at byte {cut}");
+            assert_eq!(kept.len() as u64, recovered.messages);
+            let summary = mcap::Summary::read(&rebuilt).unwrap().unwrap();
+            assert_eq!(summary.stats.unwrap().message_count, recovered.messages);
+            // 37 bytes of footer and magic follow the end of the data.
+            assert_eq!(recovered.has_ended, cut >= file.len() - 37);
+        }
+    }
+
+    #[test]
+    fn recovery_takes_lost_schemas_from_the_summary() {
+        let (folder, path) = place();
+        let mut file = small_log(record);
+        let first = mcap::Summary::read(&file).unwrap().unwrap().chunk_indexes[0].clone();
+        file[first.chunk_start_offset as usize + 80] ^= 1;
+        fs::write(&path, &file).unwrap();
+        let recovered = recover(&path, &folder.path().join("out.mcap")).unwrap();
+        assert!(recovered.unnamed == 0 && recovered.messages > 50, "{recovered:?}");
+        assert!(recovered.has_scenario() && recovered.has_result());
+        assert_eq!(recovered.damages.count, 1);
+    }
+
+    #[test]
+    fn recovery_never_overwrites_a_file() {
+        let (folder, path) = place();
+        fs::write(&path, small_log(record)).unwrap();
+        let out = folder.path().join("precious");
+        fs::write(&out, "precious").unwrap();
+        for out in [&out, &path] {
+            assert!(matches!(recover(&path, out), Err(RecoverError::Exists { .. })));
+        }
+        assert_eq!(fs::read(&out).unwrap(), b"precious");
+        fs::write(&path, b"not a log").unwrap();
+        let none = folder.path().join("none.mcap");
+        assert!(matches!(recover(&path, &none), Err(RecoverError::Read(_))));
+        assert!(!none.exists());
+    }
+}

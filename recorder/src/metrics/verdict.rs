@@ -1,12 +1,12 @@
-//! Whether a flight did what its scenario requires.
+//! Judges whether a flight met the requirements of its scenario.
 //!
-//! Never softens: what is required and cannot be measured is violated.
+//! Must never pass what it cannot measure: a requirement without a measured value is violated.
 
 use super::FlightSummary;
-use ringwing_scenario::Requirements;
+use ringwing_scenario::RequirementsSection;
 
-/// The requirements that the flight violated, each as one sentence; none if it passed.
-pub fn judge(requirements: &Requirements, summary: &FlightSummary, collisions: usize) -> Vec<String> {
+/// The requirements that the flight violated, each as one sentence; empty if it passed.
+pub fn judge(requirements: &RequirementsSection, summary: &FlightSummary, collisions: usize) -> Vec<String> {
     let mut violations = Vec::new();
     violations.extend(requirements.collisions_max.and_then(|most| judge_collisions(most, collisions)));
     if let Some(least_m) = requirements.clearance_min_m {
@@ -68,8 +68,8 @@ mod tests {
     use super::*;
     use crate::metrics::{ClosestPair, ObstacleSummary};
 
-    fn strict() -> Requirements {
-        Requirements {
+    fn strict() -> RequirementsSection {
+        RequirementsSection {
             collisions_max: Some(0),
             clearance_min_m: Some(2.0),
             separation_min_m: Some(10.0),
@@ -117,6 +117,9 @@ mod tests {
                 "no slot error is known at the end, required at most 0.05 m",
             ]
         );
-        assert_eq!(judge(&Requirements::default(), &flight(-9.0, 0.0, 99.0, 99.0), 7), Vec::<String>::new());
+        assert_eq!(
+            judge(&RequirementsSection::default(), &flight(-9.0, 0.0, 99.0, 99.0), 7),
+            Vec::<String>::new()
+        );
     }
 }

@@ -5,11 +5,14 @@
 //! the earth by a degrees-per-metre factor, which is wrong far from the origin and near the poles.
 
 use super::palette;
-use crate::{clock::Clock, frame::Frame, schema::UavState};
+use crate::{
+    clock::Clock,
+    metrics::{Frame, TrueState},
+};
 use foxglove::messages::{GeoJson, LocationFix};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
 use ringwing_flight::{LeaderState, direction};
-use ringwing_scenario::{Georeference, Obstacle};
+use ringwing_scenario::{GeoreferenceSection, ObstacleSection};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
 
@@ -50,7 +53,7 @@ pub(crate) struct Earth {
 
 impl Earth {
     /// The plane tangent to the earth at `georeference`, with `obstacles` on it.
-    pub(crate) fn new(georeference: &Georeference, obstacles: &[Obstacle]) -> Self {
+    pub(crate) fn new(georeference: &GeoreferenceSection, obstacles: &[ObstacleSection]) -> Self {
         let (latitude, longitude) =
             (georeference.latitude_deg.to_radians(), georeference.longitude_deg.to_radians());
         let (sin_lat, cos_lat) = (libm::sin(latitude), libm::cos(latitude));
@@ -108,7 +111,7 @@ impl Earth {
     }
 
     /// An arrowhead along the heading. A point would appear as a pin, which hides its neighbours.
-    fn uav_on_map(&self, state: &UavState) -> Value {
+    fn uav_on_map(&self, state: &TrueState) -> Value {
         let (place, ahead) = (Point2::new(state.x_m, state.y_m), direction(state.heading_rad));
         let left = Vector2::new(-ahead.y, ahead.x);
         let corner = |(along, across): (f64, f64)| self.coordinates(place + ahead * along + left * across);
@@ -121,7 +124,7 @@ impl Earth {
         )
     }
 
-    fn obstacle_on_map(&self, obstacle: &Obstacle) -> Value {
+    fn obstacle_on_map(&self, obstacle: &ObstacleSection) -> Value {
         let corner = |number: u32| {
             let bearing = TAU * f64::from(number % CORNERS) / f64::from(CORNERS);
             let out = Vector2::new(libm::cos(bearing), libm::sin(bearing)) * obstacle.radius_m;
@@ -154,16 +157,16 @@ mod tests {
     use proptest::prelude::*;
 
     fn earth() -> Earth {
-        Earth::new(&Georeference::default(), &[testing::obstacle([100.0, 0.0])])
+        Earth::new(&GeoreferenceSection::default(), &[testing::obstacle([100.0, 0.0])])
     }
 
     #[test]
     fn known_distances_give_known_angles() {
         // One degree of longitude on the equator, and a minute of latitude at 45 degrees.
-        let equator = Georeference { latitude_deg: 0.0, longitude_deg: 10.0, altitude_m: 0.0 };
+        let equator = GeoreferenceSection { latitude_deg: 0.0, longitude_deg: 10.0, altitude_m: 0.0 };
         let east = Earth::new(&equator, &[]).locate(Point2::new(111.319_490_793, 0.0));
         assert!((east.longitude_deg - 10.001).abs() < 1e-9 && east.latitude_deg.abs() < 1e-12);
-        let middle = Georeference { latitude_deg: 45.0, ..equator };
+        let middle = GeoreferenceSection { latitude_deg: 45.0, ..equator };
         let north = Earth::new(&middle, &[]).locate(Point2::new(0.0, 1852.0));
         assert!((north.latitude_deg - 45.0 - 1.0 / 60.0).abs() < 5e-6, "{north:?}");
     }
@@ -186,7 +189,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_local_origin_is_at_the_georeference(latitude in -85.0..85.0_f64, longitude in -180.0..180.0_f64) {
-            let georeference = Georeference { latitude_deg: latitude, longitude_deg: longitude, altitude_m: 0.0 };
+            let georeference = GeoreferenceSection { latitude_deg: latitude, longitude_deg: longitude, altitude_m: 0.0 };
             let there = Earth::new(&georeference, &[]).locate(Point2::origin());
             prop_assert!((there.latitude_deg - latitude).abs() < 1e-9);
             prop_assert!((there.longitude_deg - longitude).abs() < 1e-9);

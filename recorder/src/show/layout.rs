@@ -8,7 +8,7 @@ mod plots;
 mod space;
 mod tabs;
 
-use super::scene;
+use crate::schema::topics::UavTopic;
 use panel::Panels;
 use ringwing_scenario::Scenario;
 use serde_json::json;
@@ -53,9 +53,9 @@ impl<'a> ShownLog<'a> {
         Self { scenario, timing, uavs }
     }
 
-    /// The topic of UAV `uav` that ends in `kind`: `state` or `control`.
-    fn topic(&self, uav: u32, kind: &str) -> String {
-        format!("/uav/{}/{kind}", scene::padded(uav, self.scenario.formation.uavs))
+    /// The topic of this `kind` of UAV `uav`.
+    fn topic(&self, uav: u32, kind: UavTopic) -> String {
+        kind.name(uav, self.scenario.formation.uavs)
     }
 }
 

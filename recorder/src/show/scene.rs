@@ -15,7 +15,7 @@ pub(crate) use surroundings::{formation, obstacles};
 pub(crate) use trails::Trails;
 
 use super::palette::Rgb;
-use crate::{clock::Clock, frame::Frame};
+use crate::{clock::Clock, metrics::Frame, schema::topics::padded};
 use foxglove::messages::{
     FrameTransform, FrameTransforms, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
     SceneEntityDeletion, SceneUpdate, TextPrimitive, Vector3, line_primitive, scene_entity_deletion,
@@ -31,12 +31,6 @@ pub(crate) const LEADER: &str = "leader";
 /// The coordinate frame of UAV number `uav` in a swarm of `count`.
 pub(crate) fn uav_frame(uav: u32, count: u32) -> String {
     format!("uav_{}", padded(uav, count))
-}
-
-/// The number of a UAV with leading zeros, so that names sort like numbers.
-pub(crate) fn padded(uav: u32, count: u32) -> String {
-    let width = if count > 999 { 4 } else { 3 };
-    format!("{uav:0width$}")
 }
 
 /// The position and rotation of all coordinate frames: `/tf`.

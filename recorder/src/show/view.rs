@@ -4,20 +4,18 @@
 //! once more, with the trails and faults that it learned from the log.
 
 use super::{
+    faults::CurrentFaults,
     geo::Earth,
     scene::{self, CraftScene, Trails},
-    swarm::{SwarmMetrics, SwarmState},
 };
 use crate::{
     clock::Clock,
-    faults::{FaultWatch, Faults},
-    frame::Frame,
-    metrics::Moment,
-    schema,
+    metrics::{Frame, Moment},
+    schema::{Faults, SwarmMetrics, SwarmState},
 };
-use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, PoseInFrame, SceneUpdate};
-use ringwing_flight::{Event, Formation};
-use ringwing_scenario::{Obstacle, Scenario};
+use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Pose, PoseInFrame, SceneUpdate, Vector3};
+use ringwing_flight::{Event, Formation, LeaderState};
+use ringwing_scenario::{ObstacleSection, Scenario};
 
 // Messages per simulated second. Raw states are logged every tick; higher rates here only make the log larger, and
 // lower ones make playback jerky or late.
@@ -56,15 +54,15 @@ pub(crate) struct TickView {
 pub(crate) struct Viewer {
     clock: Clock,
     formation: Formation,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<ObstacleSection>,
     earth: Earth,
     /// Whether the ring closes after a loss, so that links skip the lost UAVs.
     closes: bool,
     /// Age from which data have the colour of alarm: the airframe's own limit for commands.
     stale_s: f64,
-    watch: FaultWatch,
+    watch: CurrentFaults,
     /// The faults as last shown; `None` before the first view.
-    shown: Option<FaultWatch>,
+    shown: Option<CurrentFaults>,
     craft: CraftScene,
     trails: Trails,
 }
@@ -80,7 +78,7 @@ impl Viewer {
             earth: Earth::new(&scenario.georeference, &scenario.obstacles),
             stale_s: scenario.airframe.command_timeout_s,
             closes: scenario.control.ring_closes,
-            watch: FaultWatch::default(),
+            watch: CurrentFaults::default(),
             shown: None,
             craft: CraftScene::new(formation.count(), formation.spacing_m()),
             trails: Trails::new(formation.count(), clock),
@@ -108,7 +106,7 @@ impl Viewer {
             faults: self.faults(tick),
             leader_fix: due(MAP_HZ).and(frame.leader).map(|leader| self.earth.leader_fix(&leader, clock)),
             map: due(MAP_HZ).map(|()| self.earth.uavs_on_map(frame)),
-            leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| schema::leader_pose(&leader, clock)),
+            leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| leader_pose(&leader, clock)),
             formation: is_first.then(|| scene::formation(&self.formation, clock, tick)),
             obstacles: is_first.then(|| scene::obstacles(&self.obstacles, clock, tick)),
             ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
@@ -131,10 +129,25 @@ impl Viewer {
     }
 }
 
+/// The leader's position and heading: `/leader/pose`.
+fn leader_pose(leader: &LeaderState, clock: Clock) -> PoseInFrame {
+    let [x, y] = leader.position_m;
+    let pose = Pose {
+        position: Some(Vector3 { x, y, z: 0.0 }),
+        orientation: Some(scene::turned(leader.heading_rad)),
+    };
+    PoseInFrame {
+        timestamp: Some(clock.timestamp(leader.tick.0)),
+        frame_id: scene::MAP.into(),
+        pose: Some(pose),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{Metrics, testing};
+    use ringwing_flight::FlightMode;
 
     fn views(scenario: &Scenario, frames: &[Frame]) -> Vec<TickView> {
         let (mut viewer, mut metrics) = (Viewer::new(scenario), Metrics::new(scenario));
@@ -165,7 +178,7 @@ mod tests {
         let scenario = testing::ring_of(3, 40.0);
         let mut frames = testing::flight(&scenario, 0..9);
         for frame in &mut frames[6..] {
-            frame.uavs[1].state.as_mut().unwrap().mode = "loiter".into();
+            frame.uavs[1].state.as_mut().unwrap().mode = FlightMode::LOITER;
         }
         let views = views(&scenario, &frames);
         let changes: Vec<_> = (0..9).filter(|tick| views[*tick].faults.is_some()).collect();

@@ -166,7 +166,11 @@ fn a_fault_starts_a_process_again_and_the_new_one_was_never_thawed() {
     assert_eq!(bench.ask(ProcessAction::Start), [Effect::Spawn]);
     bench.on(Input::Spawned { pid: 8 });
     assert!(bench.process.has_pending_action());
-    assert_eq!(bench.on(Input::Ready { pid: 8 }), [Effect::PublishRoster], "logged as the fault, not as news");
+    assert_eq!(
+        bench.on(Input::Ready { pid: 8 }),
+        [Effect::PublishRoster],
+        "logged as the fault, not as news"
+    );
     assert!(bench.process.is_running() && !bench.process.was_thawed() && !bench.process.has_pending_action());
 }
 

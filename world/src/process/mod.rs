@@ -21,47 +21,33 @@ use crate::{
 use answers::Answers;
 use holds::Holds;
 use ports::Ports;
-use ringwing_bus::{BusError, DomainId, Member, monotonic_ns, patience::crowd, report};
-use ringwing_flight::{Event, Part, WorldReport};
-use ringwing_scenario::{Scenario, ScenarioError, start};
+use ringwing_bus::{BusError, Member, MemberArgs, monotonic_ns, processes_per_core, report};
+use ringwing_flight::{Event, Pace, Part, WorldReport};
+use ringwing_scenario::{Scenario, start};
 use wall_clock::WallClock;
 
 /// Which run to be the world of.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The run's domain, as `ringwing run` prints it.
-    #[arg(long)]
-    pub domain: DomainId,
-    /// Process id of the launcher to end with.
-    #[arg(long, hide = true)]
-    pub launcher: Option<u32>,
+    /// The run.
+    #[command(flatten)]
+    pub member: MemberArgs,
     /// What to measure, if anything.
     #[command(flatten)]
     pub measure: MeasureArgs,
-}
-
-/// Why the world cannot go on.
-#[derive(Debug, thiserror::Error)]
-pub enum WorldError {
-    /// The rest of the run cannot be reached.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    /// The run's scenario is not readable.
-    #[error(transparent)]
-    Scenario(#[from] ScenarioError),
 }
 
 /// Processes that share the machine with the agents: the world and the leader. The recorder sleeps most of the time.
 const OTHERS: u32 = 2;
 
 /// Flies the run until its last tick, or until it is asked to stop, and leaves the world's report.
-pub fn run(args: &Args) -> Result<(), WorldError> {
-    let member = Member::join(&args.domain, Part::World, args.launcher)?;
-    let scenario = Scenario::resolved(&member.domain().scenario()?)?;
-    let airspace = Airspace::new(&scenario, &start::places(&scenario)?);
-    let ports = Ports::open(&member, &scenario)?;
+pub fn run(args: &Args) -> Result<(), BusError> {
+    let member = Member::join(&args.member, Part::World)?;
+    let scenario = member.scenario();
+    let airspace = Airspace::new(scenario, &start::states(scenario)?);
+    let ports = Ports::open(&member)?;
     let measure = Measure::new(&args.measure, scenario.formation.uavs);
-    let mut world = World::new(&scenario, airspace, ports, measure);
+    let mut world = World::new(scenario, airspace, ports, measure);
     if world.wait_for_roster()? {
         world.fly()?;
     }
@@ -69,7 +55,7 @@ pub fn run(args: &Args) -> Result<(), WorldError> {
         measure.leave(&world.ports.gate)?;
     }
     // The report comes first: once the gate is closed, the others look for it.
-    member.domain().leave_report(report::WORLD, &world.report())?;
+    member.domain().write_report(report::WORLD, &world.report())?;
     world.ports.close()?;
     // The report is complete. A run that is being removed already is no reason to fail.
     let _ = world.wait_for_last_fetch();
@@ -158,9 +144,9 @@ impl World {
 }
 
 fn clock(scenario: &Scenario) -> TickClock {
-    if !scenario.time.real_time {
-        return TickClock::Lockstep;
+    let crowd = processes_per_core(scenario.formation.uavs + OTHERS);
+    match scenario.pace() {
+        Pace::Lockstep => TickClock::Lockstep,
+        Pace::RealTime => TickClock::RealTime(Deadlines::new(scenario.time.rate_hz, crowd, monotonic_ns())),
     }
-    let crowd = crowd(scenario.formation.uavs + OTHERS);
-    TickClock::RealTime(Deadlines::new(scenario.time.rate_hz, crowd, monotonic_ns()))
 }

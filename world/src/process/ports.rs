@@ -3,10 +3,10 @@
 //! Never decides when to send or what to wait for.
 
 use ringwing_bus::{
-    Ballast, BusError, Due, Gate, Member, Publisher, Stamps, StopFlag, Subscriber, Waker, channel,
+    Ballast, BusError, Due, Gate, Member, Publisher, Stamps, StopFlag, Subscriber, Waker, failed_connections,
+    services,
 };
 use ringwing_flight::{Command, Event, EventMessage, Roster, Sensed, Tick, TickTiming, TimedEvent, UavId};
-use ringwing_scenario::Scenario;
 use std::time::Duration;
 
 /// The world's ends of the services, and its place at the gate.
@@ -31,26 +31,29 @@ pub(super) struct Ports {
 
 impl Ports {
     /// Opens everything, then says that the world is ready.
-    pub(super) fn open(member: &Member, scenario: &Scenario) -> Result<Self, BusError> {
-        let (node, depth) = (member.node(), channel::TICK_DEPTH);
+    pub(super) fn open(member: &Member) -> Result<Self, BusError> {
+        let (scenario, node, depth) = (member.scenario(), member.node(), services::TICK_DEPTH);
         let uavs = UavId::all(scenario.formation.uavs);
         let ballast_bytes = scenario.ipc.payload_bytes;
         let loaded = uavs.clone().filter(|_| ballast_bytes > 0);
         Ok(Self {
-            sensed: uavs.clone().map(|uav| channel::sensed(uav).publisher(node)).collect::<Result<_, _>>()?,
-            commands: uavs
-                .map(|uav| channel::command(uav).subscriber(node, depth))
+            sensed: uavs
+                .clone()
+                .map(|uav| services::sensed(uav).publisher(node))
                 .collect::<Result<_, _>>()?,
-            timing: channel::timing().publisher(node)?,
+            commands: uavs
+                .map(|uav| services::command(uav).subscriber(node, depth))
+                .collect::<Result<_, _>>()?,
+            timing: services::timing().publisher(node)?,
             ballast: loaded
                 .map(|uav| Ballast::of_world(node, uav, ballast_bytes))
                 .collect::<Result<_, _>>()?,
-            roster: channel::roster().subscriber(node, depth)?,
-            events: channel::world_events().publisher(node)?,
+            roster: services::roster().subscriber(node, depth)?,
+            events: services::world_events().publisher(node)?,
             stop: member.stop().clone(),
-            waker: Waker::of_world(member, scenario.ipc.wake, scenario.time.real_time)?,
-            // Last, because the launcher lets the run begin once the world attends.
-            gate: member.attend()?,
+            waker: Waker::of_world(member)?,
+            // Last, because the launcher lets the run begin once the world is ready.
+            gate: member.announce_ready()?,
             nudges: 0,
             failed_connections: 0,
         })
@@ -69,13 +72,13 @@ impl Ports {
     /// Opens the tick `now` for everybody, to be answered by `expected` processes, and wakes them.
     pub(super) fn open_tick(&self, now: Tick, expected: u32) -> Result<(), BusError> {
         self.gate.open_tick(now, expected);
-        self.waker.call()
+        self.waker.notify()
     }
 
     /// Ends the flight for everybody.
     pub(super) fn close(&self) -> Result<(), BusError> {
         self.gate.close();
-        self.waker.call()
+        self.waker.notify()
     }
 
     /// Waits until as many answers are in as the open tick expects, at most for `limit`, or until a nudge.
@@ -87,7 +90,7 @@ impl Ports {
     pub(super) fn wait_until(&mut self, due: Due) -> Result<(), BusError> {
         let (gate, stop) = (&self.gate, &self.stop);
         self.waker.wait_until(due, || is_stopped(gate, stop));
-        self.waker.forget()
+        self.waker.discard_events()
     }
 
     /// Sleeps until somebody nudges the world, at most for `limit`. Returns at once if there is a nudge to take note of.
@@ -112,7 +115,7 @@ impl Ports {
 
     /// Logs connections that failed since the last call.
     pub(super) fn log_failed_connections(&mut self, now: Tick) -> Result<(), BusError> {
-        let failed = channel::failed_connections();
+        let failed = failed_connections();
         if failed == self.failed_connections {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! One tick: publish what the UAVs sense, open the gate, take in the commands, close the account.
 //!
-//! This is the path that every tick pays for. Never allocates here, and reads the clock only for stamps.
+//! Every tick pays for this path. Never allocates, and reads the clock only for stamps and deadlines.
 
 use super::{
     World,
@@ -45,10 +45,10 @@ impl World {
         self.ports.open_tick(now, self.answers.expected())
     }
 
-    /// In lockstep: waits for the answer of everybody on the roster, and gives up those that do not come.
+    /// In lockstep: waits until every process on the roster has answered, and gives up those that do not.
     fn wait_for_answers(&mut self) -> Result<(), BusError> {
         let has_all = |world: &Self| world.answers.missing().next().is_none();
-        let has_all_or_a_leader =
+        let is_hold_over =
             |world: &Self| has_all(world) || !world.holds.is_for_replacement(world.answers.roster());
         let (answer_timeout, hold_timeout) = (self.holds.answer_timeout, self.holds.hold_timeout);
         // Unconditional, so that a process that was given up is heard when it answers again.
@@ -56,7 +56,7 @@ impl World {
         let mut end = wait_until(self, answer_timeout, has_all, Self::is_stopped, Self::look_again)?;
         if end == WaitEnd::Overdue && self.holds.is_for_replacement(self.answers.roster()) {
             // A leader that replaces a lost one needs the time to start, and then its own time to answer.
-            wait_until(self, hold_timeout, has_all_or_a_leader, Self::is_stopped, Self::look_again)?;
+            wait_until(self, hold_timeout, is_hold_over, Self::is_stopped, Self::look_again)?;
             end = wait_until(self, answer_timeout, has_all, Self::is_stopped, Self::look_again)?;
         }
         if end == WaitEnd::Overdue { self.give_up() } else { Ok(()) }

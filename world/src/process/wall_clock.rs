@@ -5,7 +5,7 @@
 use hdrhistogram::Histogram;
 use ringwing_flight::{Latency, TickTiming, WorldReport};
 
-/// Longer latencies are recorded as this one, a minute. A larger bound costs memory; no answer timeout is longer.
+/// Longer latencies are recorded as this one, a minute. A larger bound costs memory.
 const LONGEST_NS: u64 = 60_000_000_000;
 /// Significant decimal digits of recorded latencies. One more costs ten times the memory.
 const DIGITS: u8 = 3;

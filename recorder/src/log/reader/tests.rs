@@ -1,19 +1,10 @@
 use super::*;
 use crate::{
     Metrics,
-    log::recover::{RecoverError, recover},
-    testing::{self, flight, messages, place, record, record_and_die, slow_ring},
+    testing::{self, flight, place, record, record_and_die, slow_ring, small_log},
 };
 use rand_chacha::rand_core::{Rng, SeedableRng};
-use std::{fs, io::Cursor};
-
-/// The bytes of a small log with a readable scenario, written by `make`.
-fn log(make: fn(&Path, &Scenario, &[crate::frame::Frame])) -> Vec<u8> {
-    let (_folder, path) = place();
-    let scenario = slow_ring();
-    make(&path, &scenario, &flight(&scenario, 0..12));
-    fs::read(&path).unwrap()
-}
+use std::io::Cursor;
 
 fn open(file: &[u8]) -> Result<Reader<Cursor<&[u8]>>, ReadError> {
     Reader::of(Path::new("a.mcap"), Cursor::new(file))
@@ -24,7 +15,7 @@ fn read(file: &[u8]) -> Option<(usize, Metrics)> {
     let mut reader = open(file).ok()?;
     let mut metrics = Metrics::new(&slow_ring());
     let mut ticks = 0;
-    for tick in reader.ticks(3) {
+    for tick in reader.ticks(&slow_ring()) {
         metrics.observe(&tick.frame);
         ticks += 1;
         assert!(ticks < 10_000, "the reader does not end");
@@ -36,10 +27,10 @@ fn read(file: &[u8]) -> Option<(usize, Metrics)> {
 
 #[test]
 fn a_log_gives_back_its_flight() {
-    let file = log(record);
+    let file = small_log(record);
     let mut reader = open(&file).unwrap();
     assert_eq!(reader.run().unwrap()["uavs"], "3");
-    let ticks: Vec<_> = reader.ticks(3).collect();
+    let ticks: Vec<_> = reader.ticks(&slow_ring()).collect();
     let frames: Vec<_> = ticks.iter().map(|tick| tick.frame.uavs.clone()).collect();
     let flown: Vec<_> = flight(&slow_ring(), 0..12).into_iter().map(|frame| frame.uavs).collect();
     assert_eq!(frames, flown);
@@ -52,7 +43,7 @@ fn a_log_gives_back_its_flight() {
 
 #[test]
 fn a_log_cut_at_any_byte_yields_its_beginning_or_a_clear_error() {
-    for (file, step) in [(log(record_and_die), 1), (log(record), 11)] {
+    for (file, step) in [(small_log(record_and_die), 1), (small_log(record), 11)] {
         let mut most = 0;
         for cut in (0..file.len()).step_by(step) {
             let Some((ticks, _)) = read(&file[..cut]) else {
@@ -68,7 +59,7 @@ fn a_log_cut_at_any_byte_yields_its_beginning_or_a_clear_error() {
 
 #[test]
 fn flipped_bits_never_harm_the_reader() {
-    let file = log(record);
+    let file = small_log(record);
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(7);
     for _ in 0..500 {
         let mut broken = file.clone();
@@ -82,7 +73,7 @@ fn flipped_bits_never_harm_the_reader() {
 
 #[test]
 fn extreme_numbers_never_harm_the_reader() {
-    let file = log(record);
+    let file = small_log(record);
     let extremes = [[0xff; 8], [0; 8], [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f]];
     for (at, extreme) in (0..file.len() - 8).step_by(5).zip(extremes.iter().cycle()) {
         let mut broken = file.clone();
@@ -129,54 +120,4 @@ fn a_log_of_another_version_names_that_version() {
     drop(crate::log::LogWriter::create(&path, &opening).unwrap());
     let error = Reader::open(&path).unwrap().scenario().unwrap_err().to_string();
     assert!(error.contains("was written by ringwing") && error.contains("wings"), "{error}");
-}
-
-#[test]
-fn a_recovered_log_holds_what_was_left_and_has_an_index() {
-    let (folder, path) = place();
-    let file = log(record_and_die);
-    let whole = messages(&file);
-    for cut in (200..file.len()).step_by(211).chain([file.len()]) {
-        fs::write(&path, &file[..cut]).unwrap();
-        let out = folder.path().join(format!("{cut}.mcap"));
-        let recovered = recover(&path, &out).unwrap();
-        assert_eq!(fs::read(&path).unwrap(), &file[..cut], "the input is left alone");
-        let rebuilt = fs::read(&out).unwrap();
-        let kept = messages(&rebuilt);
-        assert_eq!(kept[..], whole[..kept.len()], "cut at byte {cut}");
-        assert_eq!(kept.len() as u64, recovered.messages);
-        let summary = mcap::Summary::read(&rebuilt).unwrap().unwrap();
-        assert_eq!(summary.stats.unwrap().message_count, recovered.messages);
-        // 37 bytes of footer and magic follow the end of the data.
-        assert_eq!(recovered.has_ended, cut >= file.len() - 37);
-    }
-}
-
-#[test]
-fn recovery_takes_lost_schemas_from_the_summary() {
-    let (folder, path) = place();
-    let mut file = log(record);
-    let first = mcap::Summary::read(&file).unwrap().unwrap().chunk_indexes[0].clone();
-    file[first.chunk_start_offset as usize + 80] ^= 1;
-    fs::write(&path, &file).unwrap();
-    let recovered = recover(&path, &folder.path().join("out.mcap")).unwrap();
-    assert!(recovered.unnamed == 0 && recovered.messages > 50, "{recovered:?}");
-    assert!(recovered.has_scenario() && recovered.has_result());
-    assert_eq!(recovered.damages.count, 1);
-}
-
-#[test]
-fn recovery_never_overwrites_a_file() {
-    let (folder, path) = place();
-    fs::write(&path, log(record)).unwrap();
-    let out = folder.path().join("precious");
-    fs::write(&out, "precious").unwrap();
-    for out in [&out, &path] {
-        assert!(matches!(recover(&path, out), Err(RecoverError::Exists { .. })));
-    }
-    assert_eq!(fs::read(&out).unwrap(), b"precious");
-    fs::write(&path, b"not a log").unwrap();
-    let none = folder.path().join("none.mcap");
-    assert!(matches!(recover(&path, &none), Err(RecoverError::Read(_))));
-    assert!(!none.exists());
 }

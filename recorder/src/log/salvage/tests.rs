@@ -1,7 +1,7 @@
 use super::*;
-use crate::testing::{flight, place, record, record_and_die, slow_ring};
+use crate::testing::{record, record_and_die, small_log};
 use mcap::records::MessageHeader;
-use std::{fs, io::Cursor};
+use std::io::Cursor;
 
 #[derive(Debug, PartialEq)]
 enum RecordGist {
@@ -21,15 +21,6 @@ fn messages(records: &[RecordGist]) -> usize {
     records.iter().filter(|record| matches!(record, RecordGist::Message(..))).count()
 }
 
-/// A small log, `whole` or as a killed recorder leaves it.
-fn log(whole: bool) -> Vec<u8> {
-    let (_folder, path) = place();
-    let scenario = slow_ring();
-    let make = if whole { record } else { record_and_die };
-    make(&path, &scenario, &flight(&scenario, 0..12));
-    fs::read(&path).unwrap()
-}
-
 fn damages(file: &[u8]) -> LogDamages {
     let mut salvage = Salvage::new(Cursor::new(file));
     assert!(salvage.by_ref().count() < 10_000);
@@ -44,7 +35,7 @@ fn chunks(file: &[u8]) -> Vec<usize> {
 
 #[test]
 fn a_log_cut_anywhere_yields_its_beginning() {
-    for (file, step) in [(log(false), 1), (log(true), 7)] {
+    for (file, step) in [(small_log(record_and_die), 1), (small_log(record), 7)] {
         let whole = gist(&file);
         assert!(messages(&whole) > 60);
         let mut longest = 0;
@@ -67,7 +58,7 @@ fn a_file_that_is_not_a_log_yields_nothing() {
 
 #[test]
 fn a_whole_log_has_an_end_and_no_damage() {
-    let file = log(true);
+    let file = small_log(record);
     let mut salvage = Salvage::new(Cursor::new(&file));
     assert!(salvage.by_ref().count() > 60);
     assert!(salvage.has_ended());
@@ -76,7 +67,7 @@ fn a_whole_log_has_an_end_and_no_damage() {
 
 #[test]
 fn a_flipped_bit_costs_at_most_one_chunk() {
-    let file = log(true);
+    let file = small_log(record);
     let whole = gist(&file);
     let per_chunk = messages(&whole).div_ceil(chunks(&file).len() - 1) + 20;
     let data_end = file.len() - usize::from_le_bytes(file[file.len() - 28..][..8].try_into().unwrap());
@@ -93,7 +84,7 @@ fn a_flipped_bit_costs_at_most_one_chunk() {
 
 #[test]
 fn a_damaged_chunk_is_skipped_and_reported() {
-    let mut file = log(true);
+    let mut file = small_log(record);
     let (whole, second) = (gist(&file), chunks(&file)[1]);
     file[second + 80] ^= 4;
     let found = damages(&file);
@@ -104,12 +95,12 @@ fn a_damaged_chunk_is_skipped_and_reported() {
 
 #[test]
 fn a_chunk_that_claims_a_terabyte_costs_no_memory() {
-    let mut file = log(true);
+    let mut file = small_log(record);
     let first = chunks(&file)[0];
     file[first + 9 + 16..][..8].copy_from_slice(&(1_u64 << 40).to_le_bytes());
     assert!(damages(&file).listed[0].problem.contains("claims to hold 1099511627776 bytes"));
     // A record whose own length is wrong: reading resumes at the next chunk.
-    let mut file = log(true);
+    let mut file = small_log(record);
     file[first + 1..][..8].copy_from_slice(&(1_u64 << 40).to_le_bytes());
     assert_eq!(damages(&file).listed[0].problem, "damaged");
 }

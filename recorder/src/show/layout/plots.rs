@@ -1,7 +1,10 @@
 //! Plots over time: a line for each UAV in its colour, and level lines for limits.
 
 use super::{ShownLog, panel::Panels};
-use crate::show::palette::{self, Rgb};
+use crate::{
+    schema::topics::UavTopic,
+    show::palette::{self, Rgb},
+};
 use serde_json::{Value, json};
 
 /// Width of the legend beside a plot. A narrower one cuts names; a wider one takes room from the lines.
@@ -33,17 +36,16 @@ impl PlotPanel {
         self
     }
 
-    /// Adds a line for the values at `path`: topic, dot, field.
-    pub(super) fn line(mut self, path: impl Into<String>, name: &str, colour: Rgb) -> Self {
-        self.paths.push(series(&path.into(), name, colour, 1.5));
+    /// Adds a line for the values of `field` in the messages of `topic`.
+    pub(super) fn line(mut self, topic: &str, field: &str, name: &str, colour: Rgb) -> Self {
+        self.paths.push(series(&format!("{topic}.{field}"), name, colour, 1.5));
         self
     }
 
     /// Adds a line for each UAV shown, from `field` of its `kind` of topic.
-    pub(super) fn uavs(mut self, shown: &ShownLog, kind: &str, field: &str) -> Self {
+    pub(super) fn uavs(mut self, shown: &ShownLog, kind: UavTopic, field: &str) -> Self {
         for uav in &shown.uavs {
-            let path = format!("{}.{field}", shown.topic(*uav, kind));
-            self = self.line(path, &format!("uav {uav}"), palette::colour(*uav));
+            self = self.line(&shown.topic(*uav, kind), field, &format!("uav {uav}"), palette::colour(*uav));
         }
         self
     }

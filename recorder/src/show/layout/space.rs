@@ -1,13 +1,18 @@
 //! The 3D panels and the map.
 
 use super::{ShownLog, panel::Panels};
-use crate::show::palette;
-use ringwing_scenario::{Obstacle, Scenario};
+use crate::{schema::topics, show::palette};
+use ringwing_scenario::{ObstacleSection, Scenario};
 use serde_json::{Map, Value, json};
 
 /// Topics of the 3D panel. Viewers hide topics that a layout does not list.
-const SCENES: [&str; 5] =
-    ["/scene/formation", "/scene/obstacles", "/scene/ring", "/scene/trails", "/scene/uavs"];
+const SCENES: [&str; 5] = [
+    topics::FORMATION_SCENE,
+    topics::OBSTACLE_SCENE,
+    topics::RING_SCENE,
+    topics::TRAIL_SCENE,
+    topics::UAV_SCENE,
+];
 /// Most lines of the grid in each direction. More lines hide what lies on them.
 const GRID_LINES: f64 = 120.0;
 
@@ -21,7 +26,7 @@ pub(super) fn following(shown: &ShownLog, panels: &mut Panels) -> Value {
 }
 
 /// A 3D panel that looks down on an obstacle from straight above.
-pub(super) fn above_obstacle(obstacle: &Obstacle, shown: &ShownLog, panels: &mut Panels) -> Value {
+pub(super) fn above_obstacle(obstacle: &ObstacleSection, shown: &ShownLog, panels: &mut Panels) -> Value {
     let camera = camera(4.5 * obstacle.braking_distance_m, 0.0, obstacle.position_m);
     let config = config(shown.scenario, "map", "follow-none", &camera);
     panels.add("3D", &format!("{} from above", obstacle.name), config)
@@ -31,10 +36,10 @@ pub(super) fn above_obstacle(obstacle: &Obstacle, shown: &ShownLog, panels: &mut
 pub(super) fn map(panels: &mut Panels) -> Value {
     let config = json!({
         "disabledTopics": [],
-        "followTopic": "/geo/leader",
+        "followTopic": topics::LEADER_FIX,
         "layer": "map",
         "customTileUrl": "",
-        "topicColors": { "/geo/leader": palette::ALARM.hex() },
+        "topicColors": { topics::LEADER_FIX: palette::ALARM.hex() },
         "zoomLevel": 16,
         "maxNativeZoom": 18,
     });
@@ -60,8 +65,8 @@ fn camera(distance_m: f64, tilt_deg: f64, [x, y]: [f64; 2]) -> Value {
 /// Settings of a 3D panel whose camera follows the coordinate frame `frame` in Foxglove's follow mode `mode`.
 fn config(scenario: &Scenario, frame: &str, mode: &str, camera: &Value) -> Value {
     let shown = SCENES.iter().map(|topic| ((*topic).to_owned(), json!({ "visible": true })));
-    let mut topics: Map<String, Value> = shown.collect();
-    topics.insert("/leader/pose".into(), leader_arrow(scenario));
+    let mut shown_topics: Map<String, Value> = shown.collect();
+    shown_topics.insert(topics::LEADER_POSE.into(), leader_arrow(scenario));
     json!({
         "cameraState": camera,
         "followMode": mode,
@@ -73,7 +78,7 @@ fn config(scenario: &Scenario, frame: &str, mode: &str, camera: &Value) -> Value
             "transforms": { "showLabel": false, "axisScale": 0, "lineWidth": 0, "labelSize": 0 },
         },
         "transforms": {},
-        "topics": topics,
+        "topics": shown_topics,
         "layers": { "grid": grid(scenario) },
         "publish": {},
         "imageMode": {},

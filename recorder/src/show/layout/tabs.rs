@@ -8,7 +8,10 @@ use super::{
     plots::PlotPanel,
     space,
 };
-use crate::show::palette;
+use crate::{
+    schema::topics::{self, UavTopic},
+    show::palette,
+};
 use serde_json::{Value, json};
 
 /// Obstacles with a close-up of their own. More would make all close-ups too small.
@@ -47,24 +50,24 @@ fn flight(shown: &ShownLog, panels: &mut Panels) -> Value {
 fn neighbours(shown: &ShownLog, panels: &mut Panels) -> Value {
     PlotPanel::new("Distance to the next ring neighbour (m)")
         .level(shown.scenario.formation.spacing_m, "L")
-        .uavs(shown, "state", "next_distance_m")
+        .uavs(shown, UavTopic::State, "next_distance_m")
         .add_to(panels)
 }
 
 fn leader_distances(shown: &ShownLog, panels: &mut Panels) -> Value {
     PlotPanel::new("Distance to the leader (m)")
         .level(shown.scenario.formation().radius_m(), "R")
-        .uavs(shown, "state", "leader_distance_m")
+        .uavs(shown, UavTopic::State, "leader_distance_m")
         .add_to(panels)
 }
 
 fn slot_errors(shown: &ShownLog, panels: &mut Panels) -> Value {
     let plot = if shown.scenario.formation.uavs <= LISTED_UAVS {
-        PlotPanel::new("Distance from the slot (m)").uavs(shown, "state", "slot_error_m")
+        PlotPanel::new("Distance from the slot (m)").uavs(shown, UavTopic::State, "slot_error_m")
     } else {
         PlotPanel::new("Distance from the slot, all UAVs (m)")
-            .line("/swarm/metrics.slot_error_max_m", "largest", palette::ALARM)
-            .line("/swarm/metrics.slot_error_rms_m", "RMS", palette::CALM)
+            .line(topics::SWARM_METRICS, "slot_error_max_m", "largest", palette::ALARM)
+            .line(topics::SWARM_METRICS, "slot_error_rms_m", "RMS", palette::CALM)
     };
     plot.add_to(panels)
 }
@@ -74,7 +77,7 @@ fn speeds(shown: &ShownLog, panels: &mut Panels) -> Value {
     PlotPanel::new("Speed (m/s)")
         .level(limits.speed_min_m_s, "v_min")
         .level(limits.speed_max_m_s, "v_max")
-        .uavs(shown, "state", "speed_m_s")
+        .uavs(shown, UavTopic::State, "speed_m_s")
         .within(limits.speed_min_m_s - 1.0, limits.speed_max_m_s + 1.0)
         .add_to(panels)
 }
@@ -84,18 +87,18 @@ fn turn_rates(shown: &ShownLog, panels: &mut Panels) -> Value {
     PlotPanel::new("Turn rate (rad/s)")
         .level(limit, "omega_max")
         .level(-limit, "-omega_max")
-        .uavs(shown, "state", "turn_rate_rad_s")
+        .uavs(shown, UavTopic::State, "turn_rate_rad_s")
         .within(-1.15 * limit, 1.15 * limit)
         .add_to(panels)
 }
 
 /// The panel that lists the events of the flight.
 fn log(panels: &mut Panels) -> Value {
-    panels.add("RosOut", "Log", json!({ "searchTerms": [], "minLogLevel": 1, "topicToRender": "/log" }))
+    panels.add("RosOut", "Log", json!({ "searchTerms": [], "minLogLevel": 1, "topicToRender": topics::LOG }))
 }
 
 fn metrics(panels: &mut Panels) -> Value {
-    raw("/swarm/metrics", "Metrics", panels)
+    raw(topics::SWARM_METRICS, "Metrics", panels)
 }
 
 /// A panel that shows the current message of `topic`, field by field.
@@ -122,15 +125,15 @@ fn obstacles(shown: &ShownLog, panels: &mut Panels) -> Value {
             .level(obstacle.radius_m, &format!("R_obs of {}", obstacle.name))
             .level(obstacle.braking_distance_m, &format!("L_obs of {}", obstacle.name));
     }
-    distances = distances.uavs(shown, "state", "obstacle_distance_m");
+    distances = distances.uavs(shown, UavTopic::State, "obstacle_distance_m");
     let plots = vec![
         distances.add_to(panels),
         PlotPanel::new("Repulsion of obstacles (m)")
-            .uavs(shown, "control", "repulsion_m")
+            .uavs(shown, UavTopic::Control, "repulsion_m")
             .from(0.0)
             .add_to(panels),
         PlotPanel::new("Clearance: the smallest distance to an edge (m)")
-            .line("/swarm/metrics.clearance_m", "clearance", palette::CALM)
+            .line(topics::SWARM_METRICS, "clearance_m", "clearance", palette::CALM)
             .level(0.0, "edge")
             .within(-5.0, 2.0 * farthest)
             .add_to(panels),
@@ -142,31 +145,31 @@ fn obstacles(shown: &ShownLog, panels: &mut Panels) -> Value {
 
 fn faults(shown: &ShownLog, panels: &mut Panels) -> Value {
     let counts = PlotPanel::new("Faults (number of processes or UAVs)")
-        .line("/faults.lost", "lost", palette::colour(1))
-        .line("/faults.frozen", "frozen", palette::colour(2))
-        .line("/faults.failsafe", "in failsafe", palette::colour(3))
-        .line("/faults.collided", "collided", palette::ALARM)
-        .line("/swarm/metrics.ring_pieces", "pieces of the ring", palette::BRIGHT)
-        .line("/swarm/metrics.views", "views of who is alive", palette::CALM)
+        .line(topics::FAULTS, "lost", "lost", palette::colour(1))
+        .line(topics::FAULTS, "frozen", "frozen", palette::colour(2))
+        .line(topics::FAULTS, "failsafe", "in failsafe", palette::colour(3))
+        .line(topics::FAULTS, "collided", "collided", palette::ALARM)
+        .line(topics::SWARM_METRICS, "ring_pieces", "pieces of the ring", palette::BRIGHT)
+        .line(topics::SWARM_METRICS, "views", "views of who is alive", palette::CALM)
         .from(0.0)
         .add_to(panels);
-    let texts = beside(raw("/faults", "Current faults", panels), 45.0, log(panels));
+    let texts = beside(raw(topics::FAULTS, "Current faults", panels), 45.0, log(panels));
     let plots = vec![
         PlotPanel::new("Age of data of the previous neighbour (s)")
-            .uavs(shown, "control", "previous_age_s")
+            .uavs(shown, UavTopic::Control, "previous_age_s")
             .from(0.0)
             .add_to(panels),
         PlotPanel::new("Age of data of the next neighbour (s)")
-            .uavs(shown, "control", "next_age_s")
+            .uavs(shown, UavTopic::Control, "next_age_s")
             .from(0.0)
             .add_to(panels),
         PlotPanel::new("Age of data of the leader (s)")
-            .uavs(shown, "control", "leader_age_s")
+            .uavs(shown, UavTopic::Control, "leader_age_s")
             .from(0.0)
             .add_to(panels),
         PlotPanel::new("Age of data in the swarm (s)")
-            .line("/swarm/metrics.age_max_s", "largest", palette::ALARM)
-            .line("/swarm/metrics.age_mean_s", "mean", palette::CALM)
+            .line(topics::SWARM_METRICS, "age_max_s", "largest", palette::ALARM)
+            .line(topics::SWARM_METRICS, "age_mean_s", "mean", palette::CALM)
             .from(0.0)
             .add_to(panels),
     ];
@@ -180,7 +183,7 @@ fn faults(shown: &ShownLog, panels: &mut Panels) -> Value {
 fn modes(shown: &ShownLog, panels: &mut Panels) -> Value {
     let mode = |uav: &u32| {
         json!({
-            "value": format!("{}.mode", shown.topic(*uav, "state")),
+            "value": format!("{}.mode", shown.topic(*uav, UavTopic::State)),
             "label": format!("uav {uav}"),
             "timestampMethod": "receiveTime",
             "enabled": true,
@@ -193,29 +196,29 @@ fn modes(shown: &ShownLog, panels: &mut Panels) -> Value {
 fn timing(real_time: bool, panels: &mut Panels) -> Value {
     let mut plots = vec![
         PlotPanel::new("Round trip of a tick, and its parts (us of wall-clock time)")
-            .line("/timing.round_trip_us", "round trip", palette::BRIGHT)
-            .line("/timing.wake_us", "wake", palette::colour(1))
-            .line("/timing.read_us", "read", palette::colour(2))
-            .line("/timing.compute_us", "compute", palette::colour(3))
-            .line("/timing.return_us", "return", palette::colour(7))
+            .line(topics::TIMING, "round_trip_us", "round trip", palette::BRIGHT)
+            .line(topics::TIMING, "wake_us", "wake", palette::colour(1))
+            .line(topics::TIMING, "read_us", "read", palette::colour(2))
+            .line(topics::TIMING, "compute_us", "compute", palette::colour(3))
+            .line(topics::TIMING, "return_us", "return", palette::colour(7))
             .from(0.0)
             .add_to(panels),
         PlotPanel::new("Airframes by the command they used")
-            .line("/timing.answered", "answered in time", palette::CALM)
-            .line("/timing.reused", "on an older command", palette::colour(1))
+            .line(topics::TIMING, "answered", "answered in time", palette::CALM)
+            .line(topics::TIMING, "reused", "on an older command", palette::colour(1))
             .from(0.0)
             .add_to(panels),
     ];
     if real_time {
         plots.push(
             PlotPanel::new("Lateness of ticks against their deadlines (us)")
-                .line("/timing.late_us", "late", palette::ALARM)
+                .line(topics::TIMING, "late_us", "late", palette::ALARM)
                 .from(0.0)
                 .add_to(panels),
         );
         plots.push(
             PlotPanel::new("Deadlines missed by a period or more")
-                .line("/timing.missed_deadlines", "missed", palette::ALARM)
+                .line(topics::TIMING, "missed_deadlines", "missed", palette::ALARM)
                 .from(0.0)
                 .add_to(panels),
         );
@@ -224,20 +227,21 @@ fn timing(real_time: bool, panels: &mut Panels) -> Value {
 }
 
 fn table(shown: &ShownLog, panels: &mut Panels) -> Value {
-    let swarm = panels.add("Table", "The swarm", json!({ "topicPath": "/swarm/state.uavs" }));
+    let swarm =
+        panels.add("Table", "The swarm", json!({ "topicPath": format!("{}.uavs", topics::SWARM_STATE) }));
     let lyapunov = PlotPanel::new("Lyapunov value V, Eq. 7 (m2), and its unexplained rises")
-        .line("/swarm/metrics.lyapunov_m2", "V", palette::CALM)
-        .line("/swarm/metrics.lyapunov_rises", "rises", palette::ALARM)
+        .line(topics::SWARM_METRICS, "lyapunov_m2", "V", palette::CALM)
+        .line(topics::SWARM_METRICS, "lyapunov_rises", "rises", palette::ALARM)
         .from(0.0)
         .add_to(panels);
     let order = PlotPanel::new("Agreement of headings, share of saturated commands")
-        .line("/swarm/metrics.order", "order", palette::CALM)
-        .line("/swarm/metrics.saturated_share", "saturated", palette::ALARM)
+        .line(topics::SWARM_METRICS, "order", "order", palette::CALM)
+        .line(topics::SWARM_METRICS, "saturated_share", "saturated", palette::ALARM)
         .within(0.0, 1.05)
         .add_to(panels);
     let closest = PlotPanel::new("Closest pairs (m)")
-        .line("/swarm/metrics.closest_adjacent_m", "ring neighbours", palette::CALM)
-        .line("/swarm/metrics.closest_other_m", "all others", palette::ALARM)
+        .line(topics::SWARM_METRICS, "closest_adjacent_m", "ring neighbours", palette::CALM)
+        .line(topics::SWARM_METRICS, "closest_other_m", "all others", palette::ALARM)
         .from(0.0)
         .add_to(panels);
     let left = stacked(vec![slot_errors(shown, panels), closest]);

@@ -1,8 +1,6 @@
 use super::*;
 use crate::{
-    faults::Faults,
-    schema::{Timing, UavControl, UavState},
-    show::swarm::{SwarmMetrics, SwarmState},
+    schema::{Faults, SwarmMetrics, SwarmState, Timing, UavControl, UavState, topics},
     testing,
 };
 use foxglove::{
@@ -46,17 +44,17 @@ fn fields<T: Encode>() -> Vec<String> {
 
 fn fields_of(topic: &str) -> Vec<String> {
     match topic {
-        "/faults" => fields::<Faults>(),
-        "/swarm/metrics" => fields::<SwarmMetrics>(),
-        "/swarm/state" => fields::<SwarmState>(),
-        "/timing" => fields::<Timing>(),
-        uav if uav.ends_with("/state") => fields::<UavState>(),
-        uav if uav.ends_with("/control") => fields::<UavControl>(),
+        topics::FAULTS => fields::<Faults>(),
+        topics::SWARM_METRICS => fields::<SwarmMetrics>(),
+        topics::SWARM_STATE => fields::<SwarmState>(),
+        topics::TIMING => fields::<Timing>(),
+        uav if UavTopic::parse(uav) == Some(UavTopic::State) => fields::<UavState>(),
+        uav if UavTopic::parse(uav) == Some(UavTopic::Control) => fields::<UavControl>(),
         _ => Vec::new(),
     }
 }
 
-fn topics(uavs: u32) -> Vec<String> {
+fn recorded_topics(uavs: u32) -> Vec<String> {
     let scenario = testing::ring_of(uavs, 40.0);
     let (_folder, path) = testing::place();
     let opening = crate::log::Opening { timing: true, ..testing::opening(&scenario) };
@@ -71,7 +69,7 @@ fn topics(uavs: u32) -> Vec<String> {
 #[test]
 fn every_path_names_a_field_of_a_recorded_topic() {
     for uavs in [3, 6, 33, 1024] {
-        let known = topics(uavs);
+        let known = recorded_topics(uavs);
         for path in paths(&rendered(uavs, 3, true)) {
             let (topic, field) = path.split_once('.').unwrap_or((&path, ""));
             assert!(known.contains(&topic.to_owned()), "{path}");
@@ -90,7 +88,7 @@ fn the_layout_shows_only_what_is_recorded() {
     assert_eq!(all, ["Flight", "Obstacles", "Faults and ages", "Timing", "Table", "Map"]);
     let bare = rendered(6, 0, false);
     assert_eq!(titles(&bare), ["Flight", "Faults and ages", "Table", "Map"]);
-    assert!(!paths(&bare).iter().any(|path| path.starts_with("/timing")));
+    assert!(!paths(&bare).iter().any(|path| path.starts_with(topics::TIMING)));
 }
 
 #[test]

@@ -3,12 +3,15 @@
 //! Never repeats an unchanged scene: bodies follow their coordinate frames, so a message is due only when a UAV begins
 //! to look different.
 
-use super::{MAP, at, entity, flat, line, padded, text, uav_frame, whole};
+use super::{MAP, at, entity, flat, line, text, uav_frame, whole};
 use crate::{
     clock::Clock,
-    faults::{Condition, FaultWatch},
-    frame::Frame,
-    show::palette::{self, Rgb},
+    metrics::Frame,
+    schema::topics::padded,
+    show::{
+        faults::{Condition, CurrentFaults},
+        palette::{self, Rgb},
+    },
 };
 use foxglove::messages::{
     Point3, SceneEntity, SceneUpdate, TriangleListPrimitive,
@@ -43,7 +46,7 @@ const TRIANGLES: [[usize; 3]; 7] =
 #[derive(Debug, Clone, PartialEq)]
 enum CraftLook {
     /// In the sky, controlled by its agent or a failsafe.
-    Flying { condition: Condition, mode: String },
+    Flying { condition: Condition, mode: FlightMode },
     /// No longer in the sky; marked at its last position.
     Gone(Point2<f64>),
 }
@@ -73,7 +76,12 @@ impl CraftScene {
     }
 
     /// The scene, if any UAV looks different than in the last one.
-    pub(crate) fn scene(&mut self, frame: &Frame, faults: &FaultWatch, clock: Clock) -> Option<SceneUpdate> {
+    pub(crate) fn scene(
+        &mut self,
+        frame: &Frame,
+        faults: &CurrentFaults,
+        clock: Clock,
+    ) -> Option<SceneUpdate> {
         // An incomplete frame lacks UAVs that may well be in the sky.
         if frame.torn {
             return None;
@@ -98,7 +106,7 @@ impl CraftScene {
             CraftLook::Flying { condition, mode } => {
                 let mut body = entity(uav_frame(uav, count), id, clock, tick);
                 self.add_body(&mut body, *condition, colour);
-                let name = name(uav, *condition, mode);
+                let name = name(uav, *condition, *mode);
                 body.texts.push(text(
                     name,
                     Point3 { x: 0.0, y: 0.0, z: 0.9 * self.span_m },
@@ -157,19 +165,19 @@ impl CraftScene {
     }
 }
 
-fn look(frame: &Frame, uav: u32, place: Option<Point2<f64>>, faults: &FaultWatch) -> Option<CraftLook> {
+fn look(frame: &Frame, uav: u32, place: Option<Point2<f64>>, faults: &CurrentFaults) -> Option<CraftLook> {
     let state = frame.uavs.get(uav as usize - 1).and_then(|uav| uav.state.as_ref());
-    match state.filter(|state| state.mode != FlightMode::VANISHED.name()) {
-        Some(state) => Some(CraftLook::Flying { condition: faults.condition(uav), mode: state.mode.clone() }),
+    match state.filter(|state| state.mode != FlightMode::VANISHED) {
+        Some(state) => Some(CraftLook::Flying { condition: faults.condition(uav), mode: state.mode }),
         None => place.map(CraftLook::Gone),
     }
 }
 
-fn name(uav: u32, condition: Condition, mode: &str) -> String {
+fn name(uav: u32, condition: Condition, mode: FlightMode) -> String {
     match condition {
         Condition::Sound => uav.to_string(),
         Condition::Lost => format!("{uav} lost"),
-        Condition::Failsafe => format!("{uav} {mode}"),
+        Condition::Failsafe => format!("{uav} {}", mode.name()),
         Condition::Collided => format!("{uav} collided"),
     }
 }
@@ -193,9 +201,9 @@ mod tests {
     #[test]
     fn every_change_gives_a_scene_of_all_uavs() {
         let scenario = testing::ring_of(3, 40.0);
-        let (mut craft, mut faults) = (CraftScene::new(3, 40.0), FaultWatch::default());
+        let (mut craft, mut faults) = (CraftScene::new(3, 40.0), CurrentFaults::default());
         let mut frame = testing::at_rest(&scenario, 0);
-        let mut scene = |frame: &Frame, faults: &FaultWatch| {
+        let mut scene = |frame: &Frame, faults: &CurrentFaults| {
             craft.observe(frame);
             craft.scene(frame, faults, Clock::new(100))
         };
@@ -204,7 +212,7 @@ mod tests {
         assert_eq!(scene(&frame, &faults), None);
         faults.on_event(&Event::ProcessFrozen { part: Part::Agent(UavId(2)) });
         assert_eq!(names(&scene(&frame, &faults).unwrap())[1], ("uav_002", "2 lost"));
-        frame.uavs[0].state.as_mut().unwrap().mode = "hold".into();
+        frame.uavs[0].state.as_mut().unwrap().mode = FlightMode::HOLD;
         faults.observe(&frame);
         let held = scene(&frame, &faults).unwrap();
         assert_eq!((names(&held)[0], held.entities[0].triangles.len()), (("uav_001", "1 hold"), 0));

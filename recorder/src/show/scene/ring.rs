@@ -5,16 +5,12 @@
 use super::{LEADER, entity, flat, line, relative_to, whole};
 use crate::{
     clock::Clock,
-    frame::{Frame, UavFrame},
-    schema::UavState,
-    show::{
-        palette::{self, Rgb},
-        swarm::rounded,
-    },
+    metrics::{Frame, TrueState, UavFrame},
+    schema::rounded,
+    show::palette::{self, Rgb},
 };
 use foxglove::messages::{Color, LinePrimitive, Point3, SceneUpdate, line_primitive::Type::LineList};
 use nalgebra::Point2;
-use ringwing_flight::FlightMode;
 
 /// Width of a link. Thinner lines hardly show their colour; thicker ones cover the trails.
 const PIXELS: f64 = 3.0;
@@ -26,24 +22,20 @@ const PIXELS: f64 = 3.0;
 pub(crate) fn ring(frame: &Frame, closes: bool, stale_s: f64, clock: Clock) -> Option<SceneUpdate> {
     let leader = frame.leader?;
     let mut links = line(LineList, Vec::new(), PIXELS, palette::CALM, 1.0);
-    let is_in = |uav: &&UavFrame| !closes || uav.state.as_ref().is_some_and(is_commanded);
+    let is_in = |uav: &&UavFrame| !closes || uav.state.as_ref().is_some_and(TrueState::is_commanded);
     let members: Vec<&UavFrame> = frame.uavs.iter().filter(is_in).collect();
     for (one, next) in members.iter().zip(members.iter().cycle().skip(1)) {
         let (Some(here), Some(there)) = (&one.state, &next.state) else { continue };
-        let (from, to) = (relative_to(place(here), &leader), relative_to(place(there), &leader));
+        let (from, to) = (relative_to(here.position(), &leader), relative_to(there.position(), &leader));
         let middle = nalgebra::center(&from, &to);
         let next_age_s = one.control.as_ref().and_then(|control| control.next_age_s);
         let previous_age_s = next.control.as_ref().and_then(|control| control.previous_age_s);
-        add(&mut links, from, middle, next_age_s.filter(|_| is_commanded(here)), stale_s);
-        add(&mut links, middle, to, previous_age_s.filter(|_| is_commanded(there)), stale_s);
+        add(&mut links, from, middle, next_age_s.filter(|_| here.is_commanded()), stale_s);
+        add(&mut links, middle, to, previous_age_s.filter(|_| there.is_commanded()), stale_s);
     }
     let mut ring = entity(LEADER, "links", clock, frame.tick);
     ring.lines.push(links);
     Some(whole(vec![ring], clock, frame.tick))
-}
-
-fn is_commanded(state: &UavState) -> bool {
-    state.mode == FlightMode::COMMANDED.name()
 }
 
 /// Adds half a link; without an age its UAV used no data of the other one, and the half stays empty.
@@ -62,10 +54,6 @@ fn age_colour(share: f64) -> Rgb {
     } else {
         palette::BRIGHT.mixed_with(palette::ALARM, 2.0 * share - 1.0)
     }
-}
-
-fn place(state: &UavState) -> Point2<f64> {
-    Point2::new(state.x_m, state.y_m)
 }
 
 fn point(place: Point2<f64>) -> Point3 {

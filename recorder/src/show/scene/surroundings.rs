@@ -9,7 +9,7 @@ use foxglove::messages::{
 };
 use nalgebra::Point2;
 use ringwing_flight::Formation;
-use ringwing_scenario::Obstacle;
+use ringwing_scenario::ObstacleSection;
 use std::f64::consts::TAU;
 
 /// Corners of a circle. With fewer, large circles look angular.
@@ -21,12 +21,12 @@ const NAME_PIXELS: f64 = 14.0;
 const SLOT: f64 = 0.06;
 
 /// The obstacles, each with its name and the circle within which it repels: `/scene/obstacles`.
-pub(crate) fn obstacles(obstacles: &[Obstacle], clock: Clock, tick: i64) -> SceneUpdate {
+pub(crate) fn obstacles(obstacles: &[ObstacleSection], clock: Clock, tick: i64) -> SceneUpdate {
     let entities = obstacles.iter().map(|obstacle| body(obstacle, clock, tick)).collect();
     whole(entities, clock, tick)
 }
 
-fn body(obstacle: &Obstacle, clock: Clock, tick: i64) -> SceneEntity {
+fn body(obstacle: &ObstacleSection, clock: Clock, tick: i64) -> SceneEntity {
     let ([x, y], height, width) = (obstacle.position_m, obstacle.radius_m, 2.0 * obstacle.radius_m);
     let mut body = entity(MAP, &obstacle.name, clock, tick);
     body.cylinders.push(CylinderPrimitive {

@@ -2,8 +2,8 @@
 //!
 //! Never more exact than a screen: rounded positions keep the largest scene of the log small.
 
-use super::{MAP, entity, flat, line, padded, whole};
-use crate::{clock::Clock, frame::Frame, show::palette};
+use super::{MAP, entity, flat, line, whole};
+use crate::{clock::Clock, metrics::Frame, schema::topics::padded, show::palette};
 use foxglove::messages::{Point3, SceneUpdate, line_primitive::Type::LineStrip};
 use nalgebra::Point2;
 use std::collections::VecDeque;

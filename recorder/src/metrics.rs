@@ -1,0 +1,395 @@
+//! Measures the flight: a fold over its frames and events, on plain numbers.
+//!
+//! Live, simulated and read from a log, the same flight gives the same numbers to the bit. Only UAVs that fly on command
+//! count as members of the formation; every airframe in the sky counts for distances between UAVs and to obstacles.
+//!
+//! Must never know a log, a clock or a process, and must never use what the log does not hold.
+
+mod agreement;
+mod coherence;
+mod frame;
+mod links;
+mod lyapunov;
+mod obstacles;
+mod pairs;
+mod recovery;
+mod ring;
+mod settling;
+mod summary;
+mod verdict;
+
+pub use coherence::Coherence;
+pub use frame::{AirframeSample, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
+pub use links::LinkTotals;
+pub use pairs::{Pairs, UavPair};
+pub use recovery::FaultRecovery;
+pub use ring::FlownRing;
+pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
+pub use verdict::judge;
+
+use agreement::AgreementWatch;
+use links::LinkTally;
+use lyapunov::LyapunovWatch;
+use nalgebra::Point2;
+use obstacles::ObstacleWatch;
+use pairs::ClosestSoFar;
+use recovery::RecoveryWatch;
+use ringwing_flight::{FlightMode, Tick, TimedEvent};
+use ringwing_scenario::Scenario;
+use settling::Settling;
+
+/// The swarm at one moment. A value that does not exist is absent, never 0.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Moment {
+    /// The tick.
+    pub tick: i64,
+    /// Number of UAVs that fly on command.
+    pub commanded: u32,
+    /// The largest slot error among them.
+    pub slot_error_max_m: Option<f64>,
+    /// The root mean square of their slot errors.
+    pub slot_error_rms_m: Option<f64>,
+    /// The largest `| |p_i - p_j| - L |` of ring neighbours that both fly on command. As for all errors here, neighbours and
+    /// slots are those of the frame's ring, which may have closed after a loss.
+    pub neighbour_error_max_m: Option<f64>,
+    /// The largest `| |p_i - p_c| - R |`.
+    pub radius_error_max_m: Option<f64>,
+    /// The UAVs that are closest to each other.
+    pub closest: Pairs,
+    /// The smallest distance to the edge of an obstacle; negative inside.
+    pub clearance_m: Option<f64>,
+    /// How well the swarm holds together.
+    pub coherence: Coherence,
+    /// V of Eq. (7), from the true states of the UAVs that fly on command.
+    pub lyapunov_m2: Option<f64>,
+    /// Number of different views of who is alive: 1 where all agents agree.
+    pub views: u32,
+    /// Number of ticks so far in which V rose although no UAV was saturated or repelled.
+    pub lyapunov_rises: u64,
+}
+
+/// Everything measured of a flight so far.
+#[derive(Debug, Clone)]
+pub struct Metrics {
+    rate_hz: u32,
+    moment: Moment,
+    settling: Settling,
+    recovery: RecoveryWatch,
+    /// Disturbances whose tick has not come yet.
+    disturbances: Vec<TimedEvent>,
+    agreement: AgreementWatch,
+    closest: ClosestSoFar,
+    obstacles: Vec<ObstacleWatch>,
+    lyapunov: LyapunovWatch,
+    commands: Commands,
+    envelope: Option<Envelope>,
+    links: LinkTally,
+    ticks: u64,
+    lost: u64,
+    uavs: Vec<UavSummary>,
+    /// The positions of all airframes in the sky, by UAV number; kept to reuse its memory.
+    sky: Vec<(u32, Point2<f64>)>,
+}
+
+/// Counts of commands.
+#[derive(Debug, Clone, Copy, Default)]
+struct Commands {
+    all: u64,
+    speed_saturated: u64,
+    turn_rate_saturated: u64,
+}
+
+/// The extremes of speeds and turn rates flown.
+#[derive(Debug, Clone, Copy)]
+struct Envelope {
+    speed_min_m_s: f64,
+    speed_max_m_s: f64,
+    turn_rate_max_rad_s: f64,
+}
+
+impl Metrics {
+    /// The metrics of a flight of `scenario`, before its first frame.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self {
+            rate_hz: scenario.time.rate_hz,
+            moment: Moment::default(),
+            settling: Settling::new(scenario.time.rate_hz),
+            recovery: RecoveryWatch::default(),
+            disturbances: Vec::new(),
+            agreement: AgreementWatch::default(),
+            closest: ClosestSoFar::default(),
+            obstacles: scenario.obstacles.iter().map(ObstacleWatch::new).collect(),
+            lyapunov: LyapunovWatch::new(scenario),
+            commands: Commands::default(),
+            envelope: None,
+            links: LinkTally::default(),
+            ticks: 0,
+            lost: 0,
+            uavs: Vec::new(),
+            sky: Vec::new(),
+        }
+    }
+
+    /// Takes an event. It counts from its own tick on, whether it comes before or after the frame of that tick.
+    pub fn on_event(&mut self, event: &TimedEvent) {
+        if !event.event.is_disturbance() {
+            return;
+        }
+        self.disturbances.push(event.clone());
+        if let Some(last) = self.last_tick() {
+            self.apply_disturbances(last);
+        }
+    }
+
+    /// Measures recovery from the disturbances up to `tick`, in order of time.
+    fn apply_disturbances(&mut self, tick: i64) {
+        self.disturbances.sort_by_key(|disturbance| disturbance.tick);
+        let due = self.disturbances.partition_point(|disturbance| disturbance.tick.0 <= tick);
+        for TimedEvent { tick, event } in self.disturbances.drain(..due) {
+            // No disturbance involves an obstacle, so its text needs no obstacle's name.
+            self.recovery.on_disturbance(tick.0, &event.text(|_| String::new()));
+        }
+    }
+
+    /// The tick of the last frame.
+    fn last_tick(&self) -> Option<i64> {
+        (self.ticks > 0).then_some(self.moment.tick)
+    }
+
+    /// Takes the next frame; frames come in order.
+    pub fn observe(&mut self, frame: &Frame) {
+        self.ticks += 1;
+        self.apply_disturbances(frame.tick);
+        self.sky.clear();
+        self.sky.extend(in_the_sky(frame).map(|state| (state.uav, state.position())));
+        self.agreement.observe(frame);
+        self.moment = self.measure(frame);
+        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
+        self.moment.lyapunov_rises = self.lyapunov.rises();
+        self.settling.observe(frame.tick, self.moment.slot_error_max_m);
+        self.recovery.observe(frame.tick, self.moment.slot_error_max_m);
+        self.closest.observe(frame.tick, &self.moment.closest);
+        for obstacle in &mut self.obstacles {
+            obstacle.observe(frame.tick, &self.sky);
+        }
+        for control in frame.uavs.iter().filter_map(|uav| uav.control.as_ref()) {
+            self.commands.observe(control);
+        }
+        for state in in_the_sky(frame) {
+            self.envelope.get_or_insert_with(|| Envelope::of(state)).widen(state);
+        }
+        frame.links.iter().for_each(|counts| self.links.observe(counts));
+        self.uavs.clear();
+        self.uavs.extend(in_the_sky(frame).map(UavSummary::of));
+    }
+
+    /// Sets the number of ticks so far whose frames are missing or torn.
+    pub fn set_lost(&mut self, ticks: u64) {
+        self.lost = ticks;
+    }
+
+    /// The swarm in the last frame.
+    pub fn moment(&self) -> &Moment {
+        &self.moment
+    }
+
+    fn measure(&self, frame: &Frame) -> Moment {
+        let (in_formation, ring) = (|| frame.all_commanded(), frame.ring.living());
+        let neighbour_error = |state: &TrueState| {
+            let next = ring.neighbours(state.uav)[1].filter(|next| frame.commanded(*next).is_some())?;
+            Some((state.next_distance_m? - ring.rest_m(state.uav, next)).abs())
+        };
+        let radius_error =
+            |state: &TrueState| Some((state.leader_distance_m? - ring.slot(state.uav).radius_m).abs());
+        Moment {
+            tick: frame.tick,
+            commanded: in_formation().count() as u32,
+            slot_error_max_m: largest(in_formation().filter_map(|state| state.slot_error_m)),
+            slot_error_rms_m: root_mean_square(in_formation().filter_map(|state| state.slot_error_m)),
+            neighbour_error_max_m: largest(in_formation().filter_map(neighbour_error)),
+            radius_error_max_m: largest(in_formation().filter_map(radius_error)),
+            closest: Pairs::among(&self.sky, &frame.ring),
+            clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
+            coherence: Coherence::of(frame, self.agreement.views()),
+            views: self.agreement.views(),
+            ..Moment::default()
+        }
+    }
+
+    /// The flight in numbers, up to the last frame.
+    pub fn summary(&self) -> FlightSummary {
+        let share = |part: u64| (self.commands.all > 0).then(|| part as f64 / self.commands.all as f64);
+        FlightSummary {
+            settling_s: self.settling.settled_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
+            slot_error_max_m: self.moment.slot_error_max_m,
+            slot_error_rms_m: self.moment.slot_error_rms_m,
+            neighbour_error_max_m: self.moment.neighbour_error_max_m,
+            radius_error_max_m: self.moment.radius_error_max_m,
+            closest_pair: self.closest.pair(self.rate_hz),
+            closest_adjacent: self.closest.adjacent(self.rate_hz),
+            closest_other: self.closest.other(self.rate_hz),
+            obstacles: self.obstacles.iter().filter_map(|obstacle| obstacle.summary(self.rate_hz)).collect(),
+            speed_saturated_share: share(self.commands.speed_saturated),
+            turn_rate_saturated_share: share(self.commands.turn_rate_saturated),
+            speed_min_m_s: self.envelope.map(|flown| flown.speed_min_m_s),
+            speed_max_m_s: self.envelope.map(|flown| flown.speed_max_m_s),
+            turn_rate_max_rad_s: self.envelope.map(|flown| flown.turn_rate_max_rad_s),
+            views: self.moment.views,
+            disagreed_until_s: self.agreement.disagreed_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
+            faults: self.recovery.count(),
+            recoveries: self.recovery.recoveries(self.rate_hz),
+            ticks: self.ticks,
+            ticks_lost: self.lost,
+            last_tick: self.last_tick(),
+            links: self.links.totals(),
+            uavs: self.uavs.clone(),
+        }
+    }
+}
+
+impl Commands {
+    fn observe(&mut self, control: &ControlTerms) {
+        self.all += 1;
+        self.speed_saturated += u64::from(control.speed_saturated);
+        self.turn_rate_saturated += u64::from(control.turn_rate_saturated);
+    }
+}
+
+impl Envelope {
+    fn of(state: &TrueState) -> Self {
+        Self {
+            speed_min_m_s: state.speed_m_s,
+            speed_max_m_s: state.speed_m_s,
+            turn_rate_max_rad_s: state.turn_rate_rad_s.abs(),
+        }
+    }
+
+    fn widen(&mut self, state: &TrueState) {
+        self.speed_min_m_s = self.speed_min_m_s.min(state.speed_m_s);
+        self.speed_max_m_s = self.speed_max_m_s.max(state.speed_m_s);
+        self.turn_rate_max_rad_s = self.turn_rate_max_rad_s.max(state.turn_rate_rad_s.abs());
+    }
+}
+
+/// The airframes that can come close to something. One with a number that is not finite has no position.
+fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &TrueState> {
+    let is_somewhere = |state: &&TrueState| {
+        let numbers = [state.x_m, state.y_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s];
+        state.mode != FlightMode::VANISHED && numbers.iter().all(|number| number.is_finite())
+    };
+    frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(is_somewhere)
+}
+
+fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
+    values.filter(|value| value.is_finite()).reduce(f64::max)
+}
+
+fn root_mean_square(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (count, sum) = values
+        .filter(|value| value.is_finite())
+        .fold((0, 0.0), |(count, sum), value| (count + 1, sum + value * value));
+    (count > 0).then(|| (sum / f64::from(count)).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{self, at_rest};
+    use proptest::prelude::*;
+
+    fn measured(scenario: &Scenario, frames: &[Frame]) -> FlightSummary {
+        let mut metrics = Metrics::new(scenario);
+        for frame in frames {
+            metrics.observe(frame);
+        }
+        metrics.summary()
+    }
+
+    fn state(frame: &mut Frame, number: usize) -> &mut TrueState {
+        frame.uavs[number - 1].state.as_mut().unwrap()
+    }
+
+    #[test]
+    fn a_flight_without_frames_has_no_numbers() {
+        let summary = measured(&Scenario::default(), &[]);
+        assert_eq!(summary, FlightSummary::default());
+    }
+
+    #[test]
+    fn the_formation_at_rest_has_no_errors() {
+        let scenario = testing::ring_of(6, 40.0);
+        let frames: Vec<_> = (0..=700).map(|tick| at_rest(&scenario, tick)).collect();
+        let summary = measured(&scenario, &frames);
+        assert_eq!((summary.settling_s, summary.ticks, summary.last_tick), (Some(0.0), 701, Some(700)));
+        assert!(summary.slot_error_max_m.unwrap() < 1e-9 && summary.slot_error_rms_m.unwrap() < 1e-9);
+        assert!(summary.neighbour_error_max_m.unwrap() < 1e-9 && summary.radius_error_max_m.unwrap() < 1e-9);
+        assert!((summary.closest_adjacent.unwrap().distance_m - 40.0).abs() < 1e-9);
+        assert!((summary.closest_other.unwrap().distance_m - 40.0 * 3f64.sqrt()).abs() < 1e-9);
+        assert_eq!((summary.speed_min_m_s, summary.speed_max_m_s), (Some(15.0), Some(15.0)));
+        assert_eq!((summary.speed_saturated_share, summary.uavs.len()), (Some(0.0), 6));
+    }
+
+    #[test]
+    fn errors_are_those_of_the_last_frame() {
+        let scenario = testing::ring_of(4, 10.0);
+        let mut frame = at_rest(&scenario, 0);
+        (state(&mut frame, 1).slot_error_m, state(&mut frame, 2).slot_error_m) = (Some(3.0), Some(4.0));
+        (state(&mut frame, 3).slot_error_m, state(&mut frame, 4).slot_error_m) = (Some(0.0), Some(0.0));
+        state(&mut frame, 2).next_distance_m = Some(7.0);
+        state(&mut frame, 4).leader_distance_m = Some(scenario.formation().radius_m() + 2.5);
+        let summary = measured(&scenario, &[frame]);
+        assert_eq!((summary.slot_error_max_m, summary.slot_error_rms_m), (Some(4.0), Some(2.5)));
+        assert_eq!(summary.neighbour_error_max_m, Some(3.0));
+        assert!((summary.radius_error_max_m.unwrap() - 2.5).abs() < 1e-12);
+        assert_eq!(summary.uavs[1].next_distance_m, Some(7.0));
+    }
+
+    #[test]
+    fn a_uav_in_its_failsafe_has_no_slot_error_but_can_come_close() {
+        let scenario = testing::ring_of(3, 10.0);
+        let mut frame = at_rest(&scenario, 0);
+        let (x, y) = (state(&mut frame, 2).x_m, state(&mut frame, 2).y_m);
+        let stray = state(&mut frame, 1);
+        (stray.mode, stray.slot_error_m) = (FlightMode::LOITER, Some(99.0));
+        (stray.x_m, stray.y_m) = (x + 0.5, y);
+        let summary = measured(&scenario, &[frame]);
+        assert!(summary.slot_error_max_m.unwrap() < 1e-9);
+        assert_eq!(summary.closest_pair.map(|pair| pair.distance_m), Some(0.5));
+        assert_eq!(summary.closest_other, None);
+        assert_eq!(summary.uavs.iter().map(|uav| uav.commanded).collect::<Vec<_>>(), [false, true, true]);
+    }
+
+    #[test]
+    fn a_vanished_uav_is_close_to_nothing() {
+        let scenario = testing::ring_of(3, 10.0);
+        let mut frame = at_rest(&scenario, 0);
+        frame.uavs[0].state = None;
+        state(&mut frame, 2).mode = FlightMode::VANISHED;
+        let summary = measured(&scenario, &[frame]);
+        assert_eq!((summary.closest_pair, summary.uavs.len()), (None, 1));
+    }
+
+    #[test]
+    fn saturated_commands_are_a_share_of_all() {
+        let scenario = testing::ring_of(4, 10.0);
+        let mut frame = at_rest(&scenario, 0);
+        frame.uavs[0].control.as_mut().unwrap().speed_saturated = true;
+        frame.uavs[3].control = None;
+        let summary = measured(&scenario, &[frame.clone(), frame]);
+        assert_eq!(summary.speed_saturated_share, Some(1.0 / 3.0));
+        assert_eq!(summary.turn_rate_saturated_share, Some(0.0));
+    }
+
+    proptest! {
+        #[test]
+        fn a_summary_can_be_read_back_whatever_the_numbers(x: f64, y: f64, speed: f64, error: f64) {
+            let scenario = Scenario { obstacles: vec![testing::obstacle([0.0, 0.0])], ..testing::ring_of(3, 10.0) };
+            let mut frame = at_rest(&scenario, 0);
+            let odd = state(&mut frame, 2);
+            (odd.x_m, odd.y_m, odd.speed_m_s, odd.slot_error_m) = (x, y, speed, Some(error));
+            let summary = measured(&scenario, &[frame]);
+            let text = serde_json::to_string(&summary).unwrap();
+            prop_assert_eq!(serde_json::from_str::<FlightSummary>(&text).is_ok(), true, "{}", text);
+        }
+    }
+}
