@@ -1,6 +1,7 @@
 //! Everything one agent does in a tick: receive, fly, update its inputs.
 //!
-//! The agent's process and the simulation run this same code and only move samples, so they give the same flight to the bit.
+//! The agent's process and the simulation run this same code and only move samples, so they give the same flight to
+//! the bit.
 //!
 //! Never knows ports, clocks, threads or waiting.
 
@@ -24,8 +25,9 @@ pub struct Answer {
 
 /// One UAV's agent, without its process.
 ///
-/// A tick is [`receive`](Self::receive), [`fly`](Self::fly), [`update_inputs`](Self::update_inputs), in this order. The answer
-/// must be sent after the inputs are updated: it may end the tick, and what the others send in the next one must be heard.
+/// A tick is [`receive`](Self::receive), [`fly`](Self::fly), [`update_inputs`](Self::update_inputs), in this order.
+/// The answer must be sent after the inputs are updated: it may end the tick, and what the others send in the next
+/// one must be heard.
 #[derive(Debug, Clone)]
 pub struct UavAgent {
     uav: UavId,
@@ -97,8 +99,8 @@ impl UavAgent {
         self.leader.newest_arrived()
     }
 
-    /// The counts to report in `now`, between [`receive`](Self::receive) and [`fly`](Self::fly): those of the links with
-    /// faults, once a simulated second and at the last tick.
+    /// The counts to report in `now`, between [`receive`](Self::receive) and [`fly`](Self::fly): those of the links
+    /// with faults, once a simulated second and at the last tick.
     pub fn link_counts(&self, now: Tick) -> impl Iterator<Item = LinkCounts> {
         let is_due = now.0 % i64::from(self.links.rate_hz) == 0 || now == self.last_tick;
         let neighbours = self.neighbours.iter().map(move |input| input.receiver.counts(now));
@@ -106,7 +108,8 @@ impl UavAgent {
         all.flatten().filter(move |_| is_due)
     }
 
-    /// Decides what to send in `now`. A running agent answers every tick: with nothing to go by it withholds its command.
+    /// Decides what to send in `now`. A running agent answers every tick: with nothing to go by it withholds its
+    /// command.
     pub fn fly(&mut self, now: Tick) -> Answer {
         match self.pilot.fly(now) {
             Some(Decision { state, command, account }) => {

@@ -59,8 +59,8 @@ pub fn speed_force(leader_speed_m_s: f64, leader_heading_rad: f64) -> Vector2<f6
 
 /// Eq. (6): the force along the heading is the speed, the force across it is the turn rate.
 ///
-/// `force` is `-f_i + f_v`, plus `f_obs` near obstacles. The paper uses metres across the heading as rad/s. That implies a
-/// factor, `heading_gain_rad_per_m`, which is 1 in the paper.
+/// `force` is `-f_i + f_v`, plus `f_obs` near obstacles. The paper uses metres across the heading as rad/s. That
+/// implies a factor, `heading_gain_rad_per_m`, which is 1 in the paper.
 pub fn formation_control(
     force: &Vector2<f64>,
     heading_rad: f64,

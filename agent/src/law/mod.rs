@@ -16,8 +16,8 @@ pub use repulsion::{RepulsiveObstacle, repulsion};
 
 use nalgebra::{Point2, Vector2};
 
-/// Bound on every component of a displacement. Nothing flies this far; the bound keeps all products finite, whatever was
-/// received. Beyond about 1e150 their squares would overflow.
+/// Bound on every component of a displacement. Nothing flies this far; the bound keeps all products finite, whatever
+/// was received. Beyond about 1e150 their squares would overflow.
 const FARTHEST_M: f64 = 1e12;
 
 /// The vector from `from` to `to`, each component within [`FARTHEST_M`].

@@ -5,8 +5,8 @@
 use super::{displacement, polar};
 use nalgebra::{Point2, Vector2};
 
-/// Eq. (13) is singular at the obstacle's edge, and inside it the sign would flip and attract. A UAV nearer to the edge than
-/// this, or inside, is repelled as at this distance. Smaller gives a stronger push there.
+/// Eq. (13) is singular at the obstacle's edge, and inside it the sign would flip and attract. A UAV nearer to the
+/// edge than this, or inside, is repelled as at this distance. Smaller gives a stronger push there.
 const NEAREST_M: f64 = 0.01;
 
 /// A circular obstacle.

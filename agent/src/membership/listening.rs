@@ -2,8 +2,8 @@
 
 use ringwing_flight::Tick;
 
-/// Lost UAVs that are listened to on each side, for their return. Of more, one beyond these is listened to in turn. More
-/// notice returns sooner, and take more connections.
+/// Lost UAVs that are listened to on each side, for their return. Of more, one beyond these is listened to in turn.
+/// A larger number notices returns sooner and takes more connections.
 const LOST_PER_SIDE: usize = 8;
 /// How long each turn lasts, in loss timeouts. Shorter goes round sooner, but a UAV needs time to be received at all.
 const TURN_TIMEOUTS: i64 = 2;
@@ -29,8 +29,8 @@ impl Side {
         Self { nearest_alive, lost, in_turn }
     }
 
-    /// Whether to listen to the UAV at `place`: the neighbour in the whole ring, the nearest that is alive, and the lost ones
-    /// between them.
+    /// Whether to listen to the UAV at `place`: the neighbour in the whole ring, the nearest that is alive, and the
+    /// lost ones between them.
     pub(super) fn includes(&self, place: usize) -> bool {
         place == 0
             || self.nearest_alive == Some(place)

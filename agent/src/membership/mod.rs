@@ -1,19 +1,19 @@
 //! Which UAVs are alive, as one UAV knows it from the states of its ring neighbours alone.
 //!
-//! A failure detector and a dissemination protocol after SWIM (Das, Gupta, Motivala 2002). The states that every UAV sends
-//! each tick replace SWIM's probes, and carry its rumours:
+//! A failure detector and a dissemination protocol after SWIM (Das, Gupta, Motivala 2002). The states that every UAV
+//! sends each tick replace SWIM's probes, and carry its rumours:
 //!
-//! - Each UAV watches the nearest UAV on each side of the ring that is alive. After a silence of a quarter of its patience it
-//!   suspects that UAV; after all of it, it declares the UAV lost and watches the next one beyond.
-//! - Suspicions and losses travel round the ring as rumours. A UAV that receives a rumour of its own suspicion or loss refutes
-//!   it with the next incarnation.
-//! - After a refuted suspicion the patience with that UAV doubles, because its link has longer gaps than assumed. After a
-//!   long time without such gaps it halves again.
+//! - Each UAV watches the nearest UAV on each side of the ring that is alive. After a silence of a quarter of its
+//!   patience it suspects that UAV; after all of it, it declares the UAV lost and watches the next one beyond.
+//! - Suspicions and losses travel round the ring as rumours. A UAV that receives a rumour of its own suspicion or
+//!   loss refutes it with the next incarnation.
+//! - After a refuted suspicion the patience with that UAV doubles, because its link has longer gaps than assumed.
+//!   After a long time without such gaps it halves again.
 //! - Of two reports on a UAV, the one with the higher standing is the newer, whatever way it took and
 //!   however late it is. So all UAVs that hear from each other, directly or not, agree in the end.
 //!
-//! Never takes lateness for loss: a UAV is alive if something new arrived from it lately, however old that is. Never knows
-//! positions.
+//! Never takes lateness for loss: a UAV is alive if something new arrived from it lately, however old that is. Never
+//! knows positions.
 
 mod dissemination;
 mod listening;
@@ -89,8 +89,8 @@ impl MembershipView {
         self.revision
     }
 
-    /// The UAVs to listen to, in order of their numbers: the watched ones, the lost ones between them for their return, and
-    /// the neighbours in the whole ring.
+    /// The UAVs to listen to, in order of their numbers: the watched ones, the lost ones between them for their
+    /// return, and the neighbours in the whole ring.
     pub fn listened(&self) -> &[UavId] {
         &self.listened
     }
@@ -158,8 +158,8 @@ impl MembershipView {
 
     /// Watches the UAVs in one direction that are alive, up to the first that is not silent.
     ///
-    /// The one beyond a suspect is watched before the suspect is declared lost: of several UAVs that are lost together, the
-    /// second then does not cost a whole patience more.
+    /// The one beyond a suspect is watched before the suspect is declared lost: of several UAVs that are lost
+    /// together, the second then does not cost a whole patience more.
     fn watch(&mut self, direction: Direction, now: Tick) {
         for uav in self.others(direction) {
             if !self.is_alive(uav) {

@@ -3,8 +3,8 @@
 use super::standing::Standing;
 use ringwing_flight::{Tick, UavState};
 
-/// Suspect a UAV after its patience divided by this. Larger suspects sooner, which spreads more rumours and leaves more time
-/// for a refutation; at 1 nobody could refute before the loss.
+/// Suspect a UAV after its patience divided by this. Larger suspects sooner, which spreads more rumours and leaves
+/// more time for a refutation; at 1 nobody could refute before the loss.
 const SUSPICION_DIVISOR: i64 = 4;
 /// The longest patience, in loss timeouts. Larger tolerates worse links; a loss behind such a link shows later.
 const PATIENCE_MAX_TIMEOUTS: i64 = 64;
@@ -69,7 +69,8 @@ impl MemberRecord {
         self.shorten_patience(now, timeout_ticks);
     }
 
-    /// Halves a patience that has grown, if for twice its length no silence would have led to a suspicion with half of it.
+    /// Halves a patience that has grown, if for twice its length no silence would have led to a suspicion with half
+    /// of it.
     fn shorten_patience(&mut self, now: Tick, timeout_ticks: i64) {
         let has_grown = self.patience_ticks > timeout_ticks;
         if has_grown && now.since(self.patience_since) >= 2 * self.patience_ticks {
@@ -79,8 +80,8 @@ impl MemberRecord {
         }
     }
 
-    /// Takes a new incarnation for a sign of life. If this UAV had suspected it, the suspicion was wrong: its link has longer
-    /// gaps than assumed, so patience doubles.
+    /// Takes a new incarnation for a sign of life. If this UAV had suspected it, the suspicion was wrong: its link
+    /// has longer gaps than assumed, so patience doubles.
     pub(super) fn refute(&mut self, now: Tick, timeout_ticks: i64) {
         self.last_sign = Some(now);
         if std::mem::take(&mut self.is_doubted) {
@@ -93,8 +94,8 @@ impl MemberRecord {
         (self.patience_ticks, self.patience_since, self.longest_silence_ticks) = (ticks, now, 0);
     }
 
-    /// Judges its silence in `now`, if it has been watched since `watched_since`: a silence before that counts for nothing,
-    /// because nobody listened.
+    /// Judges its silence in `now`, if it has been watched since `watched_since`: a silence before that counts for
+    /// nothing, because nobody listened.
     pub(super) fn judge_silence(&mut self, watched_since: Tick, now: Tick) -> Silence {
         let begin = self.last_sign.map_or(watched_since, |sign| sign.max(watched_since));
         let silence = now.since(begin);

@@ -7,10 +7,11 @@ use nalgebra::Vector2;
 use ringwing_flight::{LeaderState, Pose, Tick};
 use ringwing_scenario::DeadReckoning;
 
-/// The part of a jump that is left after one second. Less corrects faster and moves the slots faster; 0 is the bare jump.
+/// The part of a jump that is left after one second. Less corrects faster and moves the slots faster; 0 is the bare
+/// jump.
 const LEFT_AFTER_1_S: f64 = 0.37;
-/// Ignore jumps below rounding error: two predictions of the same position differ by less than this. A larger value lets
-/// small jumps through.
+/// Ignore jumps below rounding error: two predictions of the same position differ by less than this. A larger value
+/// lets small jumps through.
 const SMALLEST_JUMP_M: f64 = 1e-6;
 
 /// The leader as one UAV has received it.

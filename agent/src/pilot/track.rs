@@ -20,7 +20,8 @@ pub(super) struct PeerTrack {
 }
 
 impl PeerTrack {
-    /// `None` if a number is not finite: then the sample is damaged, because no sender of this project sends such numbers.
+    /// `None` if a number is not finite: then the sample is damaged, because no sender of this project sends such
+    /// numbers.
     fn new(
         tick: Tick,
         position_m: [f64; 2],
@@ -52,9 +53,9 @@ impl PeerTrack {
     /// Where a UAV is at `now`: predicted along its arc for one tick and straight on after that, as far as `reckoning`
     /// allows.
     ///
-    /// A UAV holds its turn rate for one tick; then the stiff heading loop of Eq. (6) commands another one. Data may be
-    /// seconds old, and a momentary turn extended over seconds makes a circle that the UAV does not fly. The whole swarm
-    /// would follow it and oscillate.
+    /// A UAV holds its turn rate for one tick; then the stiff heading loop of Eq. (6) commands another one. Data may
+    /// be seconds old, and a momentary turn extended over seconds makes a circle that the UAV does not fly. The whole
+    /// swarm would follow it and oscillate.
     pub(super) fn straight_after_one_tick(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
         let predicted = self.predicted_ticks(now, reckoning);
         let turned = predicted.min(1);

@@ -84,8 +84,9 @@ impl<'m> AgentPorts<'m> {
 
     /// Waits for the leader state of the tick before `now` if the leader sent it and it has not arrived.
     ///
-    /// When the leader is killed, iceoryx2 drops the samples that a reader has not fetched yet, though other agents may have
-    /// fetched theirs. The leader's replacement sends that state again. Waiting for it keeps lockstep deterministic.
+    /// When the leader is killed, iceoryx2 drops the samples that a reader has not fetched yet, though other agents
+    /// may have fetched theirs. The leader's replacement sends that state again. Waiting for it keeps lockstep
+    /// deterministic.
     fn receive_lost_with_leader(
         &mut self,
         agent: &mut UavAgent,
@@ -94,10 +95,10 @@ impl<'m> AgentPorts<'m> {
     ) -> Result<(), BusError> {
         let before = Tick(now.0 - 1);
         // An agent that was not there in the tick before ignores what was sent in it.
-        let has_listened = self.received.replace(now) == Some(before);
+        let was_there = self.received.replace(now) == Some(before);
         let is_missing = |agent: &UavAgent| {
             let was_sent = || gate.led() >= Some(before) && !gate.is_closed();
-            has_listened && agent.newest_leader_arrived() < Some(before) && was_sent()
+            was_there && agent.newest_leader_arrived() < Some(before) && was_sent()
         };
         let since = Instant::now();
         while is_missing(agent)

@@ -143,8 +143,8 @@ impl ActiveFault {
 
     /// Whether the Gilbert chain is in its bad state when the sample is sent.
     ///
-    /// The chain starts good when the fault begins and draws one transition per tick: good to bad with probability `p`, bad
-    /// to good with `r`.
+    /// The chain starts good when the fault begins and draws one transition per tick: good to bad with probability
+    /// `p`, bad to good with `r`.
     fn is_bad(&mut self, draws: LinkDraws, p: f64, r: f64) -> bool {
         // Samples may be offered out of order: for an older one, run the chain again from the start.
         if self.gilbert.tick > draws.sent {

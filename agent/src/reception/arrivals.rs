@@ -1,8 +1,8 @@
 //! The order in which one receiver uses the samples of one sender.
 //!
-//! In lockstep, scheduling decides how far ahead a fast sender is and how much a thawed receiver finds in its queue. Here
-//! a sample is used in a tick that depends on its own tick alone: one that comes early waits, and a receiver that was
-//! away skips its backlog.
+//! In lockstep, scheduling decides how far ahead a fast sender is and how much a thawed receiver finds in its queue.
+//! Here a sample is used in a tick that depends on its own tick alone: one that comes early waits, and a receiver
+//! that was away skips its backlog.
 //!
 //! Never loses or delays a sample because of a link fault: that is the [impairment](super::impairment).
 
@@ -60,8 +60,8 @@ impl<T: Sample> Arrivals<T> {
 
     /// Passes on a sample that has just arrived if it can be used now, and keeps it if it is early.
     ///
-    /// Returns whether it is the newest usable sample. An early sample does not imply that its predecessor has arrived: the
-    /// predecessor may come from a sender that was killed, the early one from its replacement.
+    /// Returns whether it is the newest usable sample. An early sample does not imply that its predecessor has
+    /// arrived: the predecessor may come from a sender that was killed, the early one from its replacement.
     pub fn sort(&mut self, sample: &T, mut take: impl FnMut(&T)) -> bool {
         if Some(sample.tick()) < self.first {
             return false;

@@ -1,8 +1,8 @@
 //! The faults of one link in one direction: which samples arrive, in which tick, how often, and with what error.
 //!
-//! A link fault is applied where the sample is received. It is a pure function of (seed, link, sending tick): a fault on one
-//! link changes nothing on another, and a receiver that is restarted sees the same faults again. Samples that are in
-//! flight are lost with their receiver.
+//! A link fault is applied where the sample is received. It is a pure function of (seed, link, sending tick): a fault
+//! on one link changes nothing on another, and a receiver that is restarted sees the same faults again. Samples that
+//! are in flight are lost with their receiver.
 //!
 //! Never looks at what a sample says, only at when it was sent.
 

@@ -23,8 +23,8 @@ pub type Take<'t, T> = dyn FnMut(&T) -> bool + 't;
 /// Where an agent's samples come from.
 ///
 /// A poll hands over the samples that are available from one sender, oldest first and each of them once, until `take`
-/// returns `true` or there are no more. What is left then is handed over by the next poll. Samples of the present tick may be
-/// among them: the agent keeps those until it can use them.
+/// returns `true` or there are no more. What is left then is handed over by the next poll. Samples of the present
+/// tick may be among them: the agent keeps those until it can use them.
 pub trait Inputs {
     /// Why an input cannot be read.
     type Error;
