@@ -8,26 +8,28 @@
 
 pub mod ballast;
 pub mod channel;
+pub mod deadlines;
 pub mod domain;
 pub mod gate;
 pub mod member;
 pub mod patience;
+pub mod placement;
+pub mod probe;
 pub mod report;
 pub mod stamp;
-pub mod trace;
-pub mod usage;
 pub mod waker;
 mod wire;
 
 pub use ballast::Ballast;
 pub use channel::{Channel, Publisher, Subscriber};
+pub use deadlines::Deadlines;
 pub use domain::{Domain, DomainId};
 pub use gate::{Gate, Wait};
 pub use member::{Member, StopFlag};
 pub use patience::{Due, Patience};
+pub use placement::{Placement, PlacementError};
+pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
 pub use stamp::{Stamps, monotonic_ns};
-pub use trace::{StepRecord, TickRecord, Trace, TraceHead};
-pub use usage::Used;
 pub use waker::Waker;
 
 /// What can go wrong between a process and the rest of its run.

@@ -1,11 +1,10 @@
 //! The processes of a run: who is there, in what state, and who should be.
 
 use super::{LaunchError, Plan};
-use crate::placement::Placement;
-use ringwing_bus::{DomainId, member::is_running};
+use ringwing_bench::MeasureArgs;
+use ringwing_bus::{DomainId, Placement, member::is_running};
 use ringwing_flight::{Part, Roster, Tick, UavId};
 use ringwing_scenario::{Scenario, fault::schedule::Act};
-use ringwing_world::MeasureArgs;
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -75,15 +74,6 @@ struct Station {
     thawed: bool,
 }
 
-fn measure_arguments(measure: &MeasureArgs) -> impl Iterator<Item = String> {
-    let number = |number: Option<f64>| number.unwrap_or_default().to_string();
-    let file = measure.measure_into.as_ref().map(|file| {
-        ["--measure-into".into(), file.display().to_string(), "--warm-up-s".into(), number(measure.warm_up_s)]
-    });
-    let length = ["--measure-s".into(), number(measure.measure_s)];
-    file.into_iter().flatten().chain(length)
-}
-
 /// All processes of a run.
 #[derive(Debug)]
 pub(super) struct Crew {
@@ -148,7 +138,7 @@ impl Crew {
             arguments.extend((!self.timing).then(|| "--no-timing".into()));
         }
         if let (Part::World, Some(measure)) = (part, &self.measure) {
-            arguments.extend(measure_arguments(measure));
+            arguments.extend(measure.to_arguments());
         }
         arguments
     }
@@ -181,7 +171,7 @@ impl Crew {
             .process_group(0);
         let child = self
             .placement
-            .around(part.index(), || command.spawn())
+            .start(part.index(), || command.spawn())
             .map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
         let station = self.station(part);
         (station.state, station.since) = (State::Starting, Instant::now());

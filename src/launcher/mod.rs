@@ -8,20 +8,19 @@ mod janitor;
 mod notice;
 mod progress;
 
-use crate::placement::Placement;
 use crew::{Crew, End, State};
 use faults::Agenda;
 use janitor::Janitor;
 use notice::{Change, Desk, Notice};
 use progress::Progress;
+use ringwing_bench::MeasureArgs;
 use ringwing_bus::{
-    BusError, Domain, Gate, Publisher, Stamps, Subscriber, channel, domain::DomainOwner, member::create_node,
-    report,
+    BusError, Domain, Gate, Placement, Publisher, Stamps, Subscriber, channel, domain::DomainOwner,
+    member::create_node, report,
 };
 use ringwing_flight::{Event, FormationError, Level, Part, Roster, Tick, WorldReport};
 use ringwing_recorder::RecorderReport;
 use ringwing_scenario::{Scenario, Wake, fault::schedule::Act};
-use ringwing_world::MeasureArgs;
 use std::{
     collections::BTreeSet,
     io,

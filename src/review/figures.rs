@@ -4,11 +4,11 @@ use super::{
     flight::{Column, Flight, Track},
     table::Table,
 };
-use crate::drawing::{
-    chart::{Chart, Line, Stroke},
+use ringwing_drawing::{
+    RGBColor,
+    chart::{Chart, Curve, Stroke},
     scale::Scale,
 };
-use plotters::style::{BLACK, RGBColor};
 use ringwing_recorder::palette;
 use ringwing_scenario::Obstacle;
 
@@ -16,6 +16,7 @@ use ringwing_scenario::Obstacle;
 const DRAWN_UAVS: usize = 12;
 /// Points of all lines of a figure.
 const DETAIL: usize = 12_000;
+const BLACK: RGBColor = RGBColor(0, 0, 0);
 const GREY: RGBColor = RGBColor(0x77, 0x77, 0x77);
 const LEADER: RGBColor = RGBColor(0x00, 0x80, 0x00);
 const ALARM: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
@@ -64,17 +65,17 @@ fn pairs(x: &[Option<f64>], y: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
     x.iter().zip(y).map(|(x, y)| Some(((*x)?, (*y)?))).collect()
 }
 
-fn level(flight: &Flight, name: &str, value: f64) -> Line {
+fn level(flight: &Flight, name: &str, value: f64) -> Curve {
     let ends = flight.times_s.first().zip(flight.times_s.last());
     let points = ends.map(|(first, last)| vec![Some((*first, value)), Some((*last, value))]);
-    Line { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points: points.unwrap_or_default() }
+    Curve { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points: points.unwrap_or_default() }
 }
 
 /// A figure over time, its data a column for each line.
 struct OverTime<'f> {
     flight: &'f Flight,
     columns: Vec<(String, RGBColor, Column)>,
-    levels: Vec<Line>,
+    levels: Vec<Curve>,
 }
 
 impl<'f> OverTime<'f> {
@@ -102,13 +103,13 @@ impl<'f> OverTime<'f> {
 
     fn figure(self, name: &str, title: &str, text: &str, y: &'static str) -> Figure {
         let times: Column = self.flight.times_s.iter().copied().map(Some).collect();
-        let line = |(name, colour, column): &(String, RGBColor, Column)| Line {
+        let line = |(name, colour, column): &(String, RGBColor, Column)| Curve {
             name: name.clone(),
             colour: *colour,
             stroke: Stroke::Solid,
             points: pairs(&times, column),
         };
-        let lines: Vec<Line> = self.columns.iter().map(line).chain(self.levels.clone()).collect();
+        let lines: Vec<Curve> = self.columns.iter().map(line).chain(self.levels.clone()).collect();
         let chart = Chart { x: TIME, y, detail: detail(self.columns.len()), lines, ..Chart::default() };
         let table = Table::new(&times, self.columns.into_iter().map(|(name, _, column)| (name, column)));
         Figure { name: name.into(), title: title.into(), text: text.into(), chart, table }
@@ -132,15 +133,15 @@ fn extremes(flight: &Flight, get: fn(&Track) -> &Column) -> Vec<(String, RGBColo
 
 fn trajectories(flight: &Flight) -> Figure {
     let few = flight.uavs.len() <= DRAWN_UAVS;
-    let mut lines: Vec<Line> = flight.scenario.obstacles.iter().flat_map(circles).collect();
-    lines.extend(flight.uavs.iter().enumerate().map(|(uav, track)| Line {
+    let mut lines: Vec<Curve> = flight.scenario.obstacles.iter().flat_map(circles).collect();
+    lines.extend(flight.uavs.iter().enumerate().map(|(uav, track)| Curve {
         name: if few { name_of(uav) } else { String::new() },
         ..path(colour(uav), pairs(&track.x_m, &track.y_m))
     }));
     let led = pairs(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
-    lines.push(Line { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, led) });
+    lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, led) });
     for (share, name) in [(0.0, "ring, start and"), (0.5, "halfway, end"), (1.0, "halfway, end")] {
-        lines.push(Line { name: name.into(), ..path(GREY, ring(flight, share)) });
+        lines.push(Curve { name: name.into(), ..path(GREY, ring(flight, share)) });
     }
     let times: Column = flight.times_s.iter().copied().map(Some).collect();
     let columns = flight.uavs.iter().enumerate().flat_map(|(uav, track)| {
@@ -167,8 +168,8 @@ fn trajectories(flight: &Flight) -> Figure {
     }
 }
 
-fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Line {
-    Line { name: String::new(), colour, stroke: Stroke::Solid, points }
+fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Curve {
+    Curve { name: String::new(), colour, stroke: Stroke::Solid, points }
 }
 
 /// The polygon of ring neighbours at a share of the flight.
@@ -180,7 +181,7 @@ fn ring(flight: &Flight, share: f64) -> Vec<Option<(f64, f64)>> {
     ring
 }
 
-fn circles(obstacle: &Obstacle) -> [Line; 2] {
+fn circles(obstacle: &Obstacle) -> [Curve; 2] {
     let round = |radius_m: f64| {
         let at = |step: i32| {
             let (sin, cos) = (f64::from(step) / 36.0 * std::f64::consts::PI).sin_cos();
@@ -189,7 +190,7 @@ fn circles(obstacle: &Obstacle) -> [Line; 2] {
         (0..=72).map(at).collect()
     };
     let line =
-        |name: &str, stroke, radius_m| Line { name: name.into(), stroke, ..path(ALARM, round(radius_m)) };
+        |name: &str, stroke, radius_m| Curve { name: name.into(), stroke, ..path(ALARM, round(radius_m)) };
     [
         line("obstacle", Stroke::Filled, obstacle.radius_m),
         line("braking distance", Stroke::Dashed, obstacle.braking_distance_m),
@@ -421,10 +422,10 @@ fn timeline(flight: &Flight) -> Option<Figure> {
         let here = flight.happenings.iter().filter(|one| one.name == **kind);
         let mark = |time_s: f64, row: f64| [Some((time_s, row - 0.35)), Some((time_s, row + 0.35)), None];
         let points = here.flat_map(|one| mark(one.time_s, row(kind) as f64)).collect();
-        Line { name: (*kind).into(), colour: colour(kinds.len() - row(kind)), stroke: Stroke::Solid, points }
+        Curve { name: (*kind).into(), colour: colour(kinds.len() - row(kind)), stroke: Stroke::Solid, points }
     };
-    let mut lines: Vec<Line> = kinds.iter().map(line).collect();
-    lines.push(Line { name: String::new(), ..level(flight, "", 0.3) });
+    let mut lines: Vec<Curve> = kinds.iter().map(line).collect();
+    lines.push(Curve { name: String::new(), ..level(flight, "", 0.3) });
     let chart = Chart { x: TIME, y: "events", is_rows: true, detail: DETAIL, lines, ..Chart::default() };
     (!kinds.is_empty()).then(|| Figure {
         name: "events".into(),

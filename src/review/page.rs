@@ -1,7 +1,7 @@
 //! The page of a flight: what is said of it, its figures, and what happened.
 
 use super::flight::{Flight, Happening};
-use crate::drawing::html::{self, escaped};
+use ringwing_drawing::html::{self, escaped};
 use std::fmt::Write;
 
 /// Events that the page lists; all are in the table beside it.

@@ -1,22 +1,18 @@
 //! Time, airframes, obstacles and collisions.
 //!
-//! [`airframe`] is one UAV's body, [`sky`] all of them among the obstacles, [`schedule`] the deadlines of real time,
-//! [`process`] the operating-system process that integrates them tick by tick, [`measure`] what it keeps of that for a
-//! benchmark.
+//! [`airframe`] is one UAV's body, [`sky`] all of them among the obstacles, and [`process`] the operating-system process
+//! that integrates them tick by tick.
 //!
 //! Never knows of the formation: what the UAVs are up to is theirs.
 
 pub mod airframe;
 mod answers;
 mod collisions;
-pub mod measure;
 mod ports;
 pub mod process;
-pub mod schedule;
 pub mod sky;
 mod tally;
 
 pub use airframe::{Airframe, Refusal};
-pub use measure::MeasureArgs;
 pub use process::{Args, WorldError, run};
 pub use sky::Sky;

@@ -1,16 +1,9 @@
 //! The process that keeps time and integrates the airframes.
 
-use crate::{
-    Airframe, Sky,
-    answers::Answers,
-    measure::{Measure, MeasureArgs, Turn},
-    ports::Ports,
-    schedule::Schedule,
-    tally::Tally,
-};
+use crate::{Airframe, Sky, answers::Answers, ports::Ports, tally::Tally};
 use ringwing_bus::{
-    BusError, DomainId, Due, Gate, Member, Stamps, StopFlag, Waker, channel, monotonic_ns, patience::crowd,
-    report,
+    BusError, Deadlines, DomainId, Due, Gate, Member, PacedTick, Proceed, Stamps, StopFlag, TickProbe, Waker,
+    channel, monotonic_ns, patience::crowd, report,
 };
 use ringwing_flight::{Event, EventMessage, Part, Tick, TimedEvent, UavId};
 use ringwing_scenario::{Scenario, ScenarioError, start};
@@ -28,9 +21,6 @@ pub struct Args {
     /// Process id of the launcher to end with.
     #[arg(long, hide = true)]
     pub launcher: Option<u32>,
-    /// For those who measure.
-    #[command(flatten)]
-    pub measure: MeasureArgs,
 }
 
 /// Why there can be no world.
@@ -51,21 +41,20 @@ const RECORDER_LAG_S: f64 = 0.4;
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
 /// Integrates the run until its last tick, or until it is asked to stop.
-pub fn run(args: &Args) -> Result<(), WorldError> {
+///
+/// `probe` observes every tick and may end the run; pass [`NoProbe`](ringwing_bus::NoProbe) where nobody measures.
+pub fn run(args: &Args, probe: impl TickProbe) -> Result<(), WorldError> {
     let member = Member::join(&args.domain, Part::World, args.launcher)?;
     let scenario = Scenario::resolved(&member.domain().scenario()?)?;
     let sky = Sky::new(&scenario, &start::places(&scenario)?);
     let ports = Ports::open(&member, scenario.formation.uavs, scenario.ipc.payload_bytes)?;
     let waker = Waker::of_world(&member, scenario.ipc.wake, scenario.time.real_time)?;
     let gate = member.attend()?;
-    let mut world = World::new(&member, gate, waker, ports, sky, &scenario);
-    world.measure = Measure::new(&args.measure, scenario.formation.uavs);
+    let mut world = World::new(&member, gate, waker, ports, sky, &scenario, probe);
     if world.wait_for_roster()? {
         world.fly()?;
     }
-    if let Some(measure) = &mut world.measure {
-        measure.leave(&world.gate)?;
-    }
+    world.probe.run_ended(&world.gate)?;
     member.domain().leave_report(report::WORLD, &world.report())?;
     world.gate.close();
     world.waker.call()?;
@@ -77,7 +66,7 @@ fn is_stopped(gate: &Gate, stop: &StopFlag) -> bool {
     gate.stop_requested() || gate.is_closed() || stop.is_set()
 }
 
-struct World<'a> {
+struct World<'a, P> {
     member: &'a Member,
     gate: Gate,
     ports: Ports,
@@ -85,10 +74,9 @@ struct World<'a> {
     answers: Answers,
     tally: Tally,
     waker: Waker,
-    /// Only when somebody measures.
-    measure: Option<Measure>,
+    probe: P,
     /// The deadlines, in real time.
-    schedule: Option<Schedule>,
+    schedule: Option<Deadlines>,
     rate_hz: u32,
     last_tick: Tick,
     answer_timeout: Duration,
@@ -103,7 +91,7 @@ struct World<'a> {
     nudges: u32,
 }
 
-impl<'a> World<'a> {
+impl<'a, P: TickProbe> World<'a, P> {
     fn new(
         member: &'a Member,
         gate: Gate,
@@ -111,6 +99,7 @@ impl<'a> World<'a> {
         ports: Ports,
         sky: Sky,
         scenario: &Scenario,
+        probe: P,
     ) -> Self {
         let rate_hz = scenario.time.rate_hz;
         let real_time = scenario.time.real_time;
@@ -122,9 +111,9 @@ impl<'a> World<'a> {
             answers: Answers::new(scenario.formation.uavs),
             tally: Tally::new(),
             waker,
-            measure: None,
+            probe,
             schedule: real_time
-                .then(|| Schedule::new(rate_hz, crowd(scenario.formation.uavs + 2), monotonic_ns())),
+                .then(|| Deadlines::new(rate_hz, crowd(scenario.formation.uavs + 2), monotonic_ns())),
             rate_hz,
             last_tick: Tick(scenario.last_tick()),
             answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
@@ -183,13 +172,13 @@ impl<'a> World<'a> {
         }
     }
 
-    /// Lets those who measure have their turn.
+    /// Asks the probe how to go on.
     fn measured_enough(&mut self) -> bool {
-        let turn = self.measure.as_mut().map_or(Turn::Fly, |measure| measure.turn(&self.gate));
-        if turn == Turn::Begin {
+        let proceed = self.probe.before_tick(&self.gate);
+        if proceed == Proceed::RestartDeadlines {
             self.restart_schedule();
         }
-        turn == Turn::End
+        proceed == Proceed::End
     }
 
     fn is_stopped(&self) -> bool {
@@ -272,9 +261,7 @@ impl<'a> World<'a> {
     fn open_tick(&mut self) -> Result<(), BusError> {
         let opened_ns = monotonic_ns();
         let now = self.sky.now();
-        if let Some(measure) = &mut self.measure {
-            measure.open(now.0, opened_ns);
-        }
+        self.probe.tick_opened(now, opened_ns);
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
         for (uav, port) in UavId::all(self.ports.sensed.len() as u32).zip(&self.ports.sensed) {
             if let Some(sensed) = self.sky.senses(uav) {
@@ -285,9 +272,7 @@ impl<'a> World<'a> {
         self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
         self.refresh_roster()?;
         self.answers.begin(now, opened_ns, self.sky.airframes().iter().map(Airframe::mode));
-        if let Some(measure) = &mut self.measure {
-            measure.publish();
-        }
+        self.probe.inputs_published();
         if let Some(schedule) = &self.schedule {
             self.gate.set_due(schedule.due());
         }
@@ -330,7 +315,7 @@ impl<'a> World<'a> {
 
     /// In real time: waits for the deadline, whoever has answered.
     fn wait_for_deadline(&mut self) -> Result<(), BusError> {
-        let due = self.schedule.as_ref().map_or_else(Due::default, Schedule::due);
+        let due = self.schedule.as_ref().map_or_else(Due::default, Deadlines::due);
         let (gate, stop) = (&self.gate, self.member.stop());
         self.waker.wait_until(due, || is_stopped(gate, stop));
         self.waker.forget()?;
@@ -340,17 +325,13 @@ impl<'a> World<'a> {
     /// Takes in what has come: of each UAV the newest command.
     fn collect(&mut self) -> Result<(), BusError> {
         let now = self.sky.now();
-        let measure = &mut self.measure;
-        if let Some(measure) = measure {
-            measure.look();
-        }
+        let probe = &mut self.probe;
+        probe.collecting_answers();
         for (uav, port) in UavId::all(self.ports.commands.len() as u32).zip(&self.ports.commands) {
             let mut newest = None;
             port.drain_until(|command, stamps| {
                 newest = Some((*command, *stamps));
-                if let Some(measure) = measure {
-                    measure.note(command.tick.0, command.uav.0.saturating_sub(1), stamps);
-                }
+                probe.answer_seen(command.uav, command.tick, stamps);
                 command.tick >= now
             })?;
             let Some((command, stamps)) = newest else { continue };
@@ -363,9 +344,7 @@ impl<'a> World<'a> {
             ballast.receive()?;
         }
         self.answers.note_leader(self.gate.led());
-        if let Some(measure) = &mut self.measure {
-            measure.collect();
-        }
+        self.probe.answers_collected();
         Ok(())
     }
 
@@ -390,11 +369,9 @@ impl<'a> World<'a> {
             let due_ns = schedule.due().at_ns;
             let lateness = schedule.meet(monotonic_ns());
             (timing.late_ns, timing.missed_deadlines) = (lateness.late_ns, lateness.missed_deadlines);
-            paced = Some((due_ns, lateness.missed_deadlines));
+            paced = Some(PacedTick { due_ns, skipped: lateness.missed_deadlines });
         }
-        if let Some(measure) = &mut self.measure {
-            measure.finish(timing.reused, paced);
-        }
+        self.probe.tick_finished(timing.reused, paced);
         self.tally.add_tick(self.answers.commands(), &timing);
         self.ports.timing.send(timing, Stamps::now())?;
         self.watch_connections()
@@ -416,8 +393,7 @@ impl<'a> World<'a> {
 
     fn report(&self) -> ringwing_flight::WorldReport {
         let now = self.sky.now();
-        let measured = self.measure.as_ref().is_some_and(Measure::is_done);
-        self.tally.report(now.0, now >= self.last_tick || measured)
+        self.tally.report(now.0, now >= self.last_tick || self.probe.is_done())
     }
 
     /// Stays until the recorder has fetched the last tick: what a sender leaves behind may leave with it.
