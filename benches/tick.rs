@@ -17,19 +17,19 @@ fn scenario() -> Scenario {
 fn informed_pilot(scenario: &Scenario) -> (Pilot, Sensed) {
     let mut scenario = scenario.clone();
     scenario.obstacles[1].position_m = [-30.0, 0.0];
-    let mut sky = Sky::new(&scenario, &start::places(&scenario).expect("room for all"));
+    let mut sky = Sky::new(&scenario, &start::states(&scenario).expect("room for all"));
     let path = Path::new(&scenario);
     let mut pilots: Vec<Pilot> = UavId::all(6).map(|uav| Pilot::new(&scenario, uav)).collect();
     for (uav, pilot) in UavId::all(6).zip(&mut pilots) {
-        pilot.sense(&sky.senses(uav).expect("it flies"));
+        pilot.receive_sensed(&sky.senses(uav).expect("it flies"));
     }
     let states: Vec<_> =
         pilots.iter_mut().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
     let mut pilot = pilots.swap_remove(0);
-    pilot.hear_leader(&path.at(sky.now()));
+    pilot.receive_leader(&path.at(sky.now()));
     sky.step();
     for neighbour in [&states[5], &states[1]] {
-        pilot.hear(neighbour, sky.now());
+        pilot.receive_state(neighbour, sky.now());
     }
     (pilot, sky.senses(UavId(1)).expect("it flies"))
 }
@@ -38,7 +38,7 @@ fn agent_step(criterion: &mut Criterion) {
     let (mut pilot, senses) = informed_pilot(&scenario());
     criterion.bench_function("agent step: senses to decision", |bencher| {
         bencher.iter(|| {
-            pilot.sense(black_box(&senses));
+            pilot.receive_sensed(black_box(&senses));
             pilot.fly(senses.tick)
         });
     });
@@ -46,7 +46,7 @@ fn agent_step(criterion: &mut Criterion) {
 
 fn airframe_step(criterion: &mut Criterion) {
     let scenario = scenario();
-    let starts = start::places(&scenario).expect("room for all");
+    let starts = start::states(&scenario).expect("room for all");
     let mut airframe = Airframe::new(&scenario, UavId(1), &starts[0]);
     let mut command =
         Command { tick: Tick(0), speed_m_s: 17.0, turn_rate_rad_s: 0.2, uav: UavId(1), withheld: 0 };

@@ -9,7 +9,7 @@ use crate::{
 };
 use anyhow::{Context, bail};
 use ringwing_bench::{BenchArgs, BenchError, Carrier, CaseArgs, FLIGHT_LOG, Measure, MeasureArgs, PeerArgs};
-use ringwing_bus::{NoProbe, member::die_with};
+use ringwing_bus::{NoProbe, die_with};
 use std::{collections::BTreeSet, fs, path::Path, process::ExitCode};
 
 /// The arguments of the world's process: its own, and those of a benchmark.

@@ -1,8 +1,10 @@
-//! `ringwing clean`: removes what killed runs left in shared memory, and killed benchmarks in temporary folders.
+//! `ringwing clean`: removes what killed runs left in shared memory and killed benchmarks in temporary folders.
+//!
+//! Never touches anything whose launcher or benchmark is still running.
 
 use std::process::ExitCode;
 
-/// Removes every domain whose launcher is gone, and every folder whose benchmark is.
+/// Removes every domain without a launcher and every scratch folder without a benchmark.
 #[expect(clippy::unnecessary_wraps, reason = "every subcommand has this signature")]
 pub(crate) fn run() -> anyhow::Result<ExitCode> {
     let domains = ringwing_bus::domain::remove_abandoned();

@@ -1,25 +1,32 @@
 //! `ringwing compare`: two flights side by side, from their logs.
+//!
+//! Never judges: the exit code does not depend on what differs.
 
-use crate::{review::Flight, tell};
-use serde_json::{Map, Value, json};
-use std::{collections::BTreeSet, path::PathBuf, process::ExitCode};
+use crate::{review::LoggedFlight, tell};
+use ringwing_recorder::flat::flattened;
+use serde_json::{Value, json};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+    process::ExitCode,
+};
 
 /// Which flights to compare.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    /// The log of one run
+pub(crate) struct CompareLogsArgs {
+    /// Log of the first run
     a: PathBuf,
-    /// The log of the other
+    /// Log of the second run
     b: PathBuf,
     /// Print the comparison as JSON
     #[arg(long)]
     json: bool,
 }
 
-/// Compares.
-pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let [a, b] = [&args.a, &args.b].map(|log| Flight::read(log).map(|flight| numbers(&flight)));
-    let rows = rows(&a?, &b?);
+/// Prints the quantities of both flights and their differences.
+pub(crate) fn run(args: &CompareLogsArgs) -> anyhow::Result<ExitCode> {
+    let [a, b] = [&args.a, &args.b].map(|log| LoggedFlight::read(log).map(|flight| quantities(&flight)));
+    let rows = compared(&a?, &b?);
     if args.json {
         tell(&format!("{:#}", to_json(&rows)));
     } else {
@@ -28,52 +35,37 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One quantity of both flights.
-struct Row {
+/// One quantity of both flights; null in a flight that does not have it.
+struct ComparedQuantity {
     name: String,
     a: Value,
     b: Value,
 }
 
-impl Row {
+impl ComparedQuantity {
+    /// B minus A, if both are numbers.
     fn difference(&self) -> Option<f64> {
         Some(self.b.as_f64()? - self.a.as_f64()?)
     }
 }
 
-/// All quantities of a flight by their path; where it lies and how it is repeated are none.
-fn numbers(flight: &Flight) -> Map<String, Value> {
-    let mut numbers = Map::new();
+/// All quantities of a flight by their path in `summary.json`, without the log's path and the command to repeat the run.
+fn quantities(flight: &LoggedFlight) -> BTreeMap<String, Value> {
     let summary = serde_json::from_str(&flight.summary.to_json()).unwrap_or_default();
-    flatten("", &summary, &mut numbers);
-    numbers.retain(|name, _| !["log", "command"].contains(&name.as_str()));
-    numbers
+    let mut quantities = flattened(&summary);
+    quantities.retain(|name, _| !["log", "command"].contains(&name.as_str()));
+    quantities
 }
 
-fn flatten(path: &str, value: &Value, numbers: &mut Map<String, Value>) {
-    let member = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-    match value {
-        Value::Null => {}
-        Value::Object(members) => {
-            members.iter().for_each(|(name, value)| flatten(&member(name), value, numbers));
-        }
-        Value::Array(values) => {
-            for (index, value) in values.iter().enumerate() {
-                flatten(&member(&index.to_string()), value, numbers);
-            }
-        }
-        one => drop(numbers.insert(path.to_owned(), one.clone())),
-    }
-}
-
-fn rows(a: &Map<String, Value>, b: &Map<String, Value>) -> Vec<Row> {
+fn compared(a: &BTreeMap<String, Value>, b: &BTreeMap<String, Value>) -> Vec<ComparedQuantity> {
     let names: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
-    let of = |flight: &Map<String, Value>, name: &str| flight.get(name).cloned().unwrap_or_default();
-    names.into_iter().map(|name| Row { name: name.clone(), a: of(a, name), b: of(b, name) }).collect()
+    let of = |flight: &BTreeMap<String, Value>, name: &str| flight.get(name).cloned().unwrap_or_default();
+    let compare = |name: &String| ComparedQuantity { name: name.clone(), a: of(a, name), b: of(b, name) };
+    names.into_iter().map(compare).collect()
 }
 
-fn to_json(rows: &[Row]) -> Value {
-    let entry = |row: &Row| {
+fn to_json(rows: &[ComparedQuantity]) -> Value {
+    let entry = |row: &ComparedQuantity| {
         let value =
             json!({ "a": row.a, "b": row.b, "difference": row.difference(), "equal": row.a == row.b });
         (row.name.clone(), value)
@@ -81,8 +73,8 @@ fn to_json(rows: &[Row]) -> Value {
     Value::Object(rows.iter().map(entry).collect())
 }
 
-/// What each UAV did is in the JSON only.
-fn print(rows: &[Row]) {
+/// Prints the table. Values of single UAVs, below `flight.`, are in the JSON only.
+fn print(rows: &[ComparedQuantity]) {
     tell(&format!("  {:<34} {:>22} {:>22} {:>14}", "", "A", "B", "B - A"));
     for row in rows.iter().filter(|row| !row.name.starts_with("flight.")) {
         let difference = match row.difference() {
@@ -94,6 +86,7 @@ fn print(rows: &[Row]) {
     }
 }
 
+/// The text of a value, at most as wide as its column.
 fn shown(value: &Value) -> String {
     match value {
         Value::Null => "-".into(),

@@ -1,4 +1,6 @@
-//! `ringwing fault`: does something to a run that is in the air.
+//! `ringwing fault`: asks a live run for a fault.
+//!
+//! Never applies a fault itself; the run's launcher does, and answers.
 
 use crate::{FAILED, WrongUsage, tell};
 use anyhow::Context;
@@ -10,44 +12,43 @@ use std::{
     process::ExitCode,
 };
 
-/// What to do, to which run.
+/// Which fault, and in which run.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    /// The run's domain, or its folder
+pub(crate) struct FaultArgs {
+    /// Domain of the run, or its folder
     #[arg(value_name = "RUN", value_parser = domain, add = clap_complete::ArgValueCandidates::new(runs))]
     run: DomainId,
-    /// What to do, such as "kill uav 3", "link 2->3 loss 30 % for 10 s" or "heal all"; or `list`
+    /// The fault, such as "kill uav 3", "link 2->3 loss 30 % for 10 s" or "heal all"; or `list`
     sentence: String,
 }
 
-/// A domain's name by itself, or at the end of its run's folder.
+/// The domain that `text` names, alone or at the end of a run's folder.
 fn domain(text: &str) -> Result<DomainId, String> {
     let name = text.trim_end_matches('/').rsplit(['/', '-']).next().unwrap_or(text);
     name.parse()
 }
 
-/// The runs that go on.
+/// The domains of all live runs, to complete the command line.
 fn runs() -> Vec<clap_complete::CompletionCandidate> {
     let ids = ringwing_bus::domain::all();
     ids.iter().map(|id| clap_complete::CompletionCandidate::new(id.to_string())).collect()
 }
 
-/// Asks the run, and tells what it answers.
-pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let request =
-        if args.sentence == "list" { "list".into() } else { understood(&args.sentence)?.to_string() };
+/// Sends the request to the run and prints its answer; the exit code is 1 if the run refuses.
+pub(crate) fn run(args: &FaultArgs) -> anyhow::Result<ExitCode> {
+    let request = if args.sentence == "list" { "list".into() } else { parsed(&args.sentence)?.to_string() };
     let domain = Domain::join(&args.run)?;
     let answer = ask(&domain, &request)
         .with_context(|| format!("domain {}: its launcher does not answer", args.run))?;
     if answer.is_empty() {
-        anyhow::bail!("domain {}: the run ended before it was done", args.run);
+        anyhow::bail!("domain {}: the run ended before the fault was applied", args.run);
     }
     tell(answer.trim_end());
     Ok(if answer.starts_with("refused: ") { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }
 
-/// What is meant, with a file of delays read here: the run may be at home elsewhere.
-fn understood(sentence: &str) -> anyhow::Result<Action> {
+/// The fault that a sentence asks for. A file of delays is read here, because the run may have another working folder.
+fn parsed(sentence: &str) -> anyhow::Result<Action> {
     let action = sentence.parse().map_err(|error| WrongUsage(format!("{sentence:?}: {error}")))?;
     let mut faults = [Fault { at_s: 0.0, action }];
     trace::read_all(&mut faults).map_err(WrongUsage)?;
@@ -55,6 +56,7 @@ fn understood(sentence: &str) -> anyhow::Result<Action> {
     Ok(action)
 }
 
+/// Sends a request to the launcher of `domain` and waits for its whole answer.
 fn ask(domain: &Domain, request: &str) -> std::io::Result<String> {
     let mut stream = UnixStream::connect(domain.request_path())?;
     writeln!(stream, "{request}")?;
@@ -76,8 +78,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_understood_is_not_sent() {
-        let error = understood("kil uav 3").unwrap_err();
+    fn a_misspelled_fault_is_refused_before_it_is_sent() {
+        let error = parsed("kil uav 3").unwrap_err();
         assert!(error.is::<WrongUsage>() && error.to_string().contains("did you mean kill?"), "{error}");
     }
 }

@@ -1,4 +1,7 @@
-//! ringwing: a swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation.
+//! The command `ringwing`: parses the command line and starts what it asks for.
+//!
+//! A swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation. Each verb has a module of
+//! its own; never any logic of one here.
 
 mod bench;
 mod clean;
@@ -16,9 +19,9 @@ use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::{CompleteEnv, Shell};
 use std::{io::Write, process::ExitCode};
 
-/// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process.
+/// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process
 ///
-/// Without a subcommand: `ringwing run`, the paper's Section 4.2.
+/// Without a subcommand, ringwing flies the paper's Section 4.2, like `ringwing run`.
 #[derive(Debug, Parser)]
 #[command(name = "ringwing", version, max_term_width = 110, subcommand_negates_reqs = true)]
 struct Cli {
@@ -28,34 +31,34 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Fly a scenario and say how it went
-    Run(Box<run::Args>),
-    /// Do something to a run that is in the air
-    Fault(fault_command::Args),
-    /// Tell and draw a flight from its log
-    Review(review::Args),
-    /// Fly a log's scenario again and compare every message
-    Verify(verify::Args),
-    /// Show two logs' metrics side by side
-    Compare(compare::Args),
-    /// Measure how long a tick takes, and what other transports would have cost
+    /// Fly a scenario and print the verdict
+    Run(Box<run::RunArgs>),
+    /// Inject a fault into a live run
+    Fault(fault_command::FaultArgs),
+    /// Summarize and draw a flight from its log
+    Review(review::ReviewArgs),
+    /// Repeat the flight of a log and compare every message
+    Verify(verify::VerifyArgs),
+    /// Show the metrics of two logs side by side
+    Compare(compare::CompareLogsArgs),
+    /// Measure how long a tick takes, with shared memory and with other transports
     Bench(Box<ringwing_bench::BenchArgs>),
     /// Rebuild a log that was cut or damaged
-    Recover(recover_command::Args),
+    Recover(recover_command::RecoverArgs),
     /// List, show or check scenarios
     #[command(subcommand)]
-    Scenario(scenario_command::Verb),
-    /// Remove what killed runs and benchmarks left
+    Scenario(scenario_command::ScenarioVerb),
+    /// Remove what killed runs and benchmarks left behind
     Clean,
-    /// Print what lets a shell complete this command: source it
+    /// Print a script that completes this command in a shell; source it
     Completion {
-        /// Which shell
+        /// The shell
         shell: Shell,
     },
     /// (process) Fly one UAV of a run
     #[command(display_order = 100)]
     Agent(ringwing_agent::Args),
-    /// (process) Integrate the airframes of a run and keep its time
+    /// (process) Integrate the airframes of a run and keep time
     #[command(display_order = 101)]
     World(bench::MeasuredWorldArgs),
     /// (process) Fly the virtual leader of a run
@@ -64,7 +67,7 @@ enum Verb {
     /// (process) Measure one case of a benchmark
     #[command(hide = true)]
     BenchCase(Box<ringwing_bench::CaseArgs>),
-    /// (process) Answer ticks in an agent's place
+    /// (process) Answer ticks in place of an agent
     #[command(hide = true)]
     BenchPeer(Box<ringwing_bench::PeerArgs>),
     /// (process) Record a run to MCAP and measure it
@@ -72,20 +75,20 @@ enum Verb {
     Recorder(ringwing_recorder::Args),
 }
 
-/// What a process that did not do what it was for ends with.
+/// Exit code of a run or tool that failed.
 const FAILED: u8 = 1;
-/// What a flight ends with that violated a requirement of its scenario.
+/// Exit code of a flight that violated a requirement of its scenario.
 const VIOLATED: u8 = 3;
-/// What wrong usage, or a scenario that cannot be, ends with; clap uses the same.
+/// Exit code for wrong usage and for invalid scenarios; clap uses the same.
 const WRONG_USAGE: u8 = 2;
 
-/// Arguments that each make sense, but not together or not with this scenario.
+/// Arguments that are valid alone, but not together or not with this scenario.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct WrongUsage(String);
 
 fn main() -> ExitCode {
-    // Answers the shell, and ends, when that asks for what could come next.
+    // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
     let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
@@ -114,11 +117,12 @@ fn main() -> ExitCode {
     })
 }
 
-/// The shell asks this command itself, which knows the runs that go on.
+/// Prints the completion script of a shell. The script asks this command, which knows the live runs.
 fn complete(shell: Shell) -> anyhow::Result<ExitCode> {
     let shells = clap_complete::env::Shells::builtins();
     let name = shell.to_string();
-    let completer = shells.completer(&name).ok_or_else(|| WrongUsage(format!("{name} is not known")))?;
+    let completer =
+        shells.completer(&name).ok_or_else(|| WrongUsage(format!("there is no completion for {name}")))?;
     let mut script = Vec::new();
     completer.write_registration("COMPLETE", "ringwing", "ringwing", "ringwing", &mut script)?;
     tell(String::from_utf8_lossy(&script).trim_end());
@@ -130,7 +134,7 @@ fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>)
     Ok(ExitCode::SUCCESS)
 }
 
-/// Prints `text` and ends the line; a reader that has left wants no more.
+/// Prints a line. Errors are ignored: they mean that whoever read the output has gone.
 fn tell(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
 }

@@ -1,4 +1,6 @@
-//! `ringwing run`: flies a scenario and says how it went.
+//! `ringwing run`: flies a scenario and prints the verdict.
+//!
+//! Never flies anything itself; it makes the launcher's plan from the arguments.
 
 use crate::{
     WrongUsage,
@@ -14,54 +16,56 @@ use std::{
     process::ExitCode,
 };
 
+/// The paper's Section 4.2.
 const DEFAULT_SCENARIO: &str = "paper-4.2";
 const DEFAULT_OUT: &str = "runs";
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
-pub(crate) struct Args {
-    /// A preset's name (see `ringwing scenario list`) or a scenario file
+pub(crate) struct RunArgs {
+    /// Name of a preset (see `ringwing scenario list`), or a scenario file
     #[arg(default_value = DEFAULT_SCENARIO)]
     scenario: String,
     /// Override a key of the scenario, such as `control.dead_reckoning=off` or `obstacles.0.radius_m=15`
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
-    /// Do this to the run, such as "at 30 s kill uav 3" or "at 5 s link 2->3 delay 200 ms for 10 s"
+    /// Add a fault, such as "at 30 s kill uav 3" or "at 5 s link 2->3 delay 200 ms for 10 s"
     #[arg(long = "fault", value_name = "SENTENCE")]
     faults: Vec<Fault>,
     /// Seed of every random draw
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
-    /// Which law the agents fly by: the paper's as written, or the one that survives losses and delays
+    /// Control law: `paper` as written, or `resilient`, which copes with losses and delays
     #[arg(long, value_parser = ["paper", "resilient"])]
     law: Option<String>,
-    /// How many UAVs; those without a start state in the scenario begin at drawn places
+    /// Number of UAVs; those without a start state in the scenario start at random places
     #[arg(long, value_name = "NUMBER")]
     uavs: Option<u32>,
-    /// Simulated length of the flight
+    /// Simulated duration of the flight
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     duration: Option<f64>,
-    /// Keep to the wall clock instead of flying as fast as the machine allows
+    /// Fly in real time instead of as fast as the machine allows
     #[arg(long)]
     real_time: bool,
-    /// Folder in which the run makes its own
+    /// Folder in which the run creates its own folder
     #[arg(long, value_name = "FOLDER", default_value = DEFAULT_OUT)]
     out: PathBuf,
-    /// Write no log; the flight is measured all the same
+    /// Write no log; the flight is still measured
     #[arg(long)]
     no_record: bool,
-    /// Leave wall-clock timing out of the log, so that the same flight gives the same file
+    /// Leave wall-clock times out of the log, so that equal flights give equal files
     #[arg(long)]
     no_timing: bool,
-    /// Do not start this process but wait until you do: world, leader, recorder, agent-3, ...
+    /// Wait until you start this process yourself: world, leader, recorder, agent-3, ...
     #[arg(long, value_name = "PROCESS", value_parser = part)]
     by_hand: Vec<Part>,
-    /// Print the summary as JSON, and nothing while it flies
+    /// Print the summary as JSON, and no progress during the flight
     #[arg(long)]
     json: bool,
 }
 
+/// The process with this node name.
 fn part(text: &str) -> Result<Part, String> {
     match text {
         "world" => Ok(Part::World),
@@ -72,27 +76,27 @@ fn part(text: &str) -> Result<Part, String> {
             .and_then(|number| number.parse().ok())
             .filter(|number| *number > 0)
             .map(|number| Part::Agent(UavId(number)))
-            .ok_or_else(|| "give world, leader, recorder, or agent- and a UAV's number".into()),
+            .ok_or_else(|| "expected world, leader, recorder, or agent- with the number of a UAV".into()),
     }
 }
 
-/// Flies; the exit code says whether it flew, and whether it met its requirements.
-pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+/// Flies and prints the summary; the exit code is that of the verdict.
+pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let plan = plan(args)?;
     let outcome = launch(&plan)?;
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
     write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // A reader that has left wants no more; the exit code and summary.json are there all the same.
+    // An error means that whoever read the output has gone. The exit code and summary.json still tell the result.
     let _ = io::stdout().write_all(text.as_bytes());
     Ok(summary.verdict.exit_code())
 }
 
-fn plan(args: &Args) -> anyhow::Result<Plan> {
+fn plan(args: &RunArgs) -> anyhow::Result<Plan> {
     let scenario =
         Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
-    // The world places the UAVs; that it can is better known before anything is started.
-    start::places(&scenario)?;
+    // The world draws start states when it starts. Try that here, to fail before any process is started.
+    start::states(&scenario)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     Ok(Plan {
         scenario,
@@ -110,14 +114,14 @@ fn plan(args: &Args) -> anyhow::Result<Plan> {
 fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
     match parts.iter().find(|part| matches!(part, Part::Agent(uav) if uav.0 > uavs)) {
         Some(part) => {
-            Err(WrongUsage(format!("--by-hand {}: this run has UAVs 1 to {uavs}", part.node_name())))
+            Err(WrongUsage(format!("--by-hand {}: this run has only UAVs 1 to {uavs}", part.node_name())))
         }
         None => Ok(()),
     }
 }
 
-/// The overrides in the order of their strength: a flag of its own beats `--set`.
-fn settings(args: &Args) -> Vec<Setting> {
+/// The overrides of the scenario, the strongest last: a flag of its own, such as `--seed`, beats `--set`.
+fn settings(args: &RunArgs) -> Vec<Setting> {
     let mut settings = args.settings.clone();
     settings.extend(args.seed.map(|seed| Setting::of_flag("--seed", "seed", seed)));
     settings.extend(args.law.iter().map(|law| Setting::of_flag("--law", "control.law", law)));
@@ -128,13 +132,14 @@ fn settings(args: &Args) -> Vec<Setting> {
     settings
 }
 
+/// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
     std::fs::write(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
 }
 
-/// The exact command that flies the same again, its seed named.
-fn command(args: &Args, seed: u64) -> String {
+/// The command that repeats the run, with its seed.
+fn command(args: &RunArgs, seed: u64) -> String {
     let program = std::env::args().next().unwrap_or_else(|| "ringwing".into());
     let mut words = vec![program, "run".into(), args.scenario.clone()];
     for setting in &args.settings {
@@ -159,7 +164,7 @@ fn command(args: &Args, seed: u64) -> String {
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
-/// `word` as a shell takes it for one word.
+/// `word`, quoted if a shell would not take it as one word.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -174,7 +179,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_that_a_shell_would_cut_are_quoted() {
+    fn words_that_a_shell_would_split_are_quoted() {
         assert_eq!(quoted("seed=7"), "seed=7");
         assert_eq!(quoted("start.draw={a = 1}"), "'start.draw={a = 1}'");
         assert_eq!(quoted("it's"), r"'it'\''s'");
@@ -182,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn processes_are_named_as_their_nodes_are() {
+    fn processes_are_named_by_their_node_names() {
         for name in ["world", "leader", "recorder", "agent-3", "agent-200"] {
             assert_eq!(part(name).unwrap().node_name(), name);
         }

@@ -1,40 +1,43 @@
 //! `ringwing scenario`: lists, shows and checks scenarios.
+//!
+//! Never starts a process.
 
 use ringwing_scenario::{Scenario, Source, preset, start};
 use std::process::ExitCode;
 
 /// What to do with scenarios.
 #[derive(Debug, clap::Subcommand)]
-pub(crate) enum Verb {
+pub(crate) enum ScenarioVerb {
     /// List the scenarios that come with ringwing
     List,
-    /// Print a scenario with its comments, as a template for your own
+    /// Print a scenario with its comments, as a template for your own scenarios
     Show {
-        /// A preset's name or a file
+        /// Name of a preset, or a scenario file
         scenario: String,
     },
-    /// Say all that is wrong with a scenario, or that nothing is
+    /// Check a scenario and print everything that is wrong with it
     Check {
-        /// A preset's name or a file
+        /// Name of a preset, or a scenario file
         scenario: String,
     },
 }
 
-/// Does what `verb` says.
-pub(crate) fn run(verb: &Verb) -> anyhow::Result<ExitCode> {
+/// Lists, shows or checks.
+pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
     match verb {
-        Verb::List => {
+        ScenarioVerb::List => {
             for preset in preset::all() {
                 println!("{:12} {}", preset.name, preset.description);
             }
         }
-        Verb::Show { scenario } => print!("{}", Source::find(scenario)?.text),
-        Verb::Check { scenario } => {
+        ScenarioVerb::Show { scenario } => print!("{}", Source::find(scenario)?.text),
+        ScenarioVerb::Check { scenario } => {
             let source = Source::find(scenario)?;
             let scenario = Scenario::read(&source, &[])?;
-            start::places(&scenario)?;
+            // Drawing start states can fail too: many UAVs may not fit into a small area.
+            start::states(&scenario)?;
             println!(
-                "{}: {} UAVs, {} s: nothing wrong",
+                "{}: {} UAVs, {} s: nothing is wrong",
                 source.name, scenario.formation.uavs, scenario.time.duration_s
             );
         }

@@ -40,7 +40,7 @@ fn ideal_step(scenario: &Scenario, leader: &mut Pose, uavs: &mut [Pose]) {
 fn reckoned_by_the_tick_that_processes_cost_the_flight_is_the_papers_ideal_exchange() {
     let scenario = scenario("tick");
     let mut leader = Pose { position: [0.0, 0.0].into(), heading_rad: 0.0 };
-    let mut ideal: Vec<Pose> = start::places(&scenario)
+    let mut ideal: Vec<Pose> = start::states(&scenario)
         .unwrap()
         .iter()
         .map(|start| Pose { position: start.position_m.into(), heading_rad: start.heading_deg.to_radians() })

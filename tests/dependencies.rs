@@ -1,101 +1,263 @@
-//! Which crate may use which: ARCHITECTURE.md draws the arrows, this test guards them.
+//! Which crate and which module may use which: ARCHITECTURE.md draws the arrows, this test guards them.
+//!
+//! Reads what cargo and the compiler read: `cargo metadata` for crates, and every path of the parsed source for modules.
 
 use serde_json::Value;
-use std::{collections::BTreeSet, process::Command};
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+use syn::{
+    Attribute, ItemMod, UseTree,
+    visit::{self, Visit},
+};
 
-const ALLOWED: [(&str, &[&str]); 7] = [
-    ("ringwing", &["agent", "leader", "messages", "recorder", "scenario", "world"]),
-    ("ringwing-agent", &["messages", "scenario"]),
-    ("ringwing-leader", &["messages", "scenario"]),
-    ("ringwing-recorder", &["messages", "scenario"]),
-    ("ringwing-world", &["messages", "scenario"]),
-    ("ringwing-messages", &[]),
-    ("ringwing-scenario", &[]),
+/// A crate of the workspace, the crates it may use, and its modules with I/O. All its other modules are pure.
+struct Room {
+    /// Its folder; the root package has none.
+    folder: &'static str,
+    uses: &'static [&'static str],
+    /// Files and folders below `src/`; a lone `""` means that the crate makes no promise at all.
+    with_io: &'static [&'static str],
+}
+
+const ROOMS: [Room; 11] = [
+    Room {
+        folder: "",
+        uses: &[
+            "agent",
+            "bench",
+            "bus",
+            "drawing",
+            "flight",
+            "leader",
+            "recorder",
+            "scenario",
+            "simulation",
+            "world",
+        ],
+        with_io: &[""],
+    },
+    Room { folder: "bench", uses: &["bus", "drawing", "flight", "scenario"], with_io: &[""] },
+    Room {
+        folder: "simulation",
+        uses: &["agent", "flight", "leader", "recorder", "scenario", "world"],
+        with_io: &[],
+    },
+    Room { folder: "agent", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
+    Room { folder: "leader", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process.rs"] },
+    Room {
+        folder: "recorder",
+        uses: &["bus", "flight", "scenario"],
+        with_io: &["lib.rs", "log", "process.rs"],
+    },
+    Room { folder: "world", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
+    Room { folder: "bus", uses: &["flight", "scenario"], with_io: &[""] },
+    Room { folder: "drawing", uses: &[], with_io: &[] },
+    Room { folder: "scenario", uses: &["flight"], with_io: &["read/source.rs", "fault/trace.rs"] },
+    Room { folder: "flight", uses: &[], with_io: &[] },
+];
+
+/// What a pure module never names: shared memory, processes, threads, clocks, files, the command line.
+const IMPURE: [&str; 15] = [
+    "clap",
+    "iceoryx2",
+    "memmap2",
+    "ringwing_bus",
+    "rustix",
+    "signal_hook",
+    "std::env",
+    "std::fs",
+    "std::io",
+    "std::net",
+    "std::os",
+    "std::process",
+    "std::thread",
+    "std::time::Instant",
+    "std::time::SystemTime",
 ];
 
 #[test]
 fn crates_depend_only_as_the_architecture_allows() {
+    let packages = packages();
+    assert_eq!(packages.len(), ROOMS.len(), "a crate that this test does not know");
+    for Room { folder, uses, .. } in &ROOMS {
+        let name = if folder.is_empty() { "ringwing".into() } else { format!("ringwing-{folder}") };
+        let package = packages.iter().find(|package| package["name"] == name.as_str()).unwrap();
+        let is_normal = |dependency: &&Value| dependency["kind"].is_null();
+        let used: BTreeSet<&str> = package["dependencies"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .filter(is_normal)
+            .filter_map(|dependency| dependency["name"].as_str()?.strip_prefix("ringwing-"))
+            .collect();
+        assert_eq!(used, uses.iter().copied().collect(), "{name}");
+    }
+}
+
+fn packages() -> Vec<Value> {
     let output = Command::new(env!("CARGO"))
         .args(["metadata", "--format-version", "1", "--no-deps", "--offline"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let packages = metadata["packages"].as_array().unwrap();
-    assert_eq!(packages.len(), ALLOWED.len(), "a crate that this test does not know");
-    for (name, allowed) in ALLOWED {
-        let package = packages.iter().find(|package| package["name"] == name).unwrap();
-        let used: BTreeSet<&str> = package["dependencies"]
-            .as_array()
-            .unwrap()
-            .iter()
-            .filter_map(|dependency| dependency["name"].as_str()?.strip_prefix("ringwing-"))
-            .collect();
-        assert_eq!(used, allowed.iter().copied().collect(), "{name}");
-    }
+    metadata["packages"].as_array().unwrap().clone()
 }
 
-/// Modules that hold physics, control or measurement, and know nothing of where their data come from or go to.
-const PURE: [&str; 39] = [
-    "agent/src/arrivals.rs",
-    "agent/src/impairment",
-    "agent/src/impairment.rs",
-    "agent/src/law",
-    "agent/src/lead.rs",
-    "agent/src/link.rs",
-    "agent/src/membership",
-    "agent/src/membership.rs",
-    "agent/src/neighbours.rs",
-    "agent/src/own.rs",
-    "agent/src/pilot.rs",
-    "agent/src/slots.rs",
-    "leader/src/path.rs",
-    "recorder/src/faults.rs",
-    "recorder/src/geo.rs",
-    "recorder/src/links.rs",
-    "recorder/src/layout",
-    "recorder/src/layout.rs",
-    "recorder/src/metrics",
-    "recorder/src/metrics.rs",
-    "recorder/src/palette.rs",
-    "recorder/src/replay.rs",
-    "recorder/src/scene",
-    "recorder/src/scene.rs",
-    "recorder/src/schema.rs",
-    "recorder/src/swarm.rs",
-    "recorder/src/verdict.rs",
-    "recorder/src/view.rs",
-    "scenario/src",
-    "src/bench/doctor/parse.rs",
-    "src/bench/hops.rs",
-    "src/bench/plan.rs",
-    "src/bench/samples.rs",
-    "src/bench/statistics.rs",
-    "src/drawing",
-    "world/src/airframe.rs",
-    "world/src/collisions.rs",
-    "world/src/schedule.rs",
-    "world/src/sky.rs",
-];
-
 #[test]
-fn pure_modules_know_no_processes_clocks_or_shared_memory() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    for path in PURE.map(|path| root.join(path)) {
-        assert!(path.exists(), "{}", path.display());
-        for file in files_below(&path) {
-            let text = std::fs::read_to_string(&file).unwrap();
-            for foreign in ["iceoryx2", "clap::", "Instant", "SystemTime", "monotonic_ns"] {
-                assert!(!text.contains(foreign), "{} knows {foreign}", file.display());
+fn pure_modules_name_no_shared_memory_processes_clocks_or_files() {
+    let mut wrong = Vec::new();
+    for room in ROOMS.iter().filter(|room| room.with_io != [""]) {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(room.folder).join("src");
+        for place in room.with_io {
+            assert!(source.join(place).exists(), "{}: {place} is gone; take it off the list", room.folder);
+        }
+        let forbidden = forbidden_in(room);
+        for file in source_files(&source).iter().filter(|file| !has_io(room, &source, file)) {
+            for path in paths_in(&source, file) {
+                if let Some(rule) = forbidden.iter().find(|rule| is_within(&path, rule)) {
+                    wrong.push(format!("{}: {path} ({rule} is not pure)", file.display()));
+                }
             }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// What the pure modules of `room` never name: I/O itself, and the room's own modules that do I/O.
+fn forbidden_in(room: &Room) -> Vec<String> {
+    let module = |place: &&str| {
+        let stem = place.trim_end_matches(".rs").replace('/', "::");
+        (stem != "lib").then(|| format!("crate::{stem}"))
+    };
+    IMPURE.iter().map(ToString::to_string).chain(room.with_io.iter().filter_map(module)).collect()
+}
+
+fn has_io(room: &Room, source: &Path, file: &Path) -> bool {
+    room.with_io.iter().any(|place| file.starts_with(source.join(place)))
+}
+
+fn is_within(path: &str, rule: &str) -> bool {
+    path.strip_prefix(rule).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
+}
+
+/// Source files below `folder`, without those of tests alone.
+fn source_files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> = entries
+        .flat_map(|path| if path.is_dir() { source_files(&path) } else { vec![path] })
+        .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+        .filter(|path| !path.ends_with("tests.rs") && !path.ends_with("testing.rs"))
+        .collect();
+    files.sort();
+    files
+}
+
+/// Every path that `file` names outside its tests, from the crate's root on.
+fn paths_in(source: &Path, file: &Path) -> Vec<String> {
+    let parsed = syn::parse_file(&fs::read_to_string(file).unwrap()).unwrap();
+    let mut paths = Paths { module: module_of(source, file), found: Vec::new() };
+    paths.visit_file(&parsed);
+    paths.found
+}
+
+/// The names from the crate's root to the module in `file`.
+fn module_of(source: &Path, file: &Path) -> Vec<String> {
+    let relative = file.strip_prefix(source).unwrap().with_extension("");
+    let names = relative.iter().map(|name| name.to_str().unwrap().to_owned());
+    names.filter(|name| !["mod", "lib"].contains(&name.as_str())).collect()
+}
+
+struct Paths {
+    module: Vec<String>,
+    found: Vec<String>,
+}
+
+impl Paths {
+    fn note(&mut self, names: &[String]) {
+        let mut place = vec!["crate".to_owned()];
+        place.extend(self.module.iter().cloned());
+        let above = names.iter().take_while(|name| *name == "super").count();
+        let whole = if above > 0 {
+            place.truncate(place.len().saturating_sub(above));
+            place.extend_from_slice(&names[above..]);
+            place
+        } else if names.first().is_some_and(|name| name == "self") {
+            place.extend_from_slice(&names[1..]);
+            place
+        } else {
+            names.to_vec()
+        };
+        self.found.push(whole.join("::"));
+    }
+
+    fn note_tree(&mut self, before: &[String], tree: &UseTree) {
+        let with = |name: &syn::Ident| [before, &[name.to_string()]].concat();
+        match tree {
+            UseTree::Path(path) => self.note_tree(&with(&path.ident), &path.tree),
+            UseTree::Name(name) => self.note(&with(&name.ident)),
+            UseTree::Rename(name) => self.note(&with(&name.ident)),
+            UseTree::Glob(_) => self.note(before),
+            UseTree::Group(group) => group.items.iter().for_each(|item| self.note_tree(before, item)),
         }
     }
 }
 
-fn files_below(path: &std::path::Path) -> Vec<std::path::PathBuf> {
-    if path.is_file() {
-        return vec![path.to_owned()];
+impl<'ast> Visit<'ast> for Paths {
+    fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
+        self.note_tree(&[], &item.tree);
     }
-    let entries = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
-    entries.flat_map(|entry| files_below(&entry)).collect()
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names: Vec<String> = path.segments.iter().map(|segment| segment.ident.to_string()).collect();
+        self.note(&names);
+        visit::visit_path(self, path);
+    }
+
+    /// Derives name macros inside tokens that `syn` does not parse: `#[derive(clap::Args)]`.
+    fn visit_attribute(&mut self, attribute: &'ast Attribute) {
+        if let Ok(list) = attribute.meta.require_list() {
+            for word in list.tokens.to_string().replace(' ', "").split(',') {
+                self.found.push(word.to_owned());
+            }
+        }
+    }
+
+    fn visit_item_mod(&mut self, item: &'ast ItemMod) {
+        if !is_for_tests(&item.attrs) {
+            visit::visit_item_mod(self, item);
+        }
+    }
+}
+
+fn is_for_tests(attributes: &[Attribute]) -> bool {
+    let says_test = |attribute: &Attribute| {
+        let list = attribute.meta.require_list();
+        list.is_ok_and(|list| list.path.is_ident("cfg") && list.tokens.to_string() == "test")
+    };
+    attributes.iter().any(says_test)
+}
+
+#[test]
+fn the_check_itself_sees_every_way_to_name_a_thing() {
+    let text = "
+        use std::{fs, time::{Duration, Instant as Now}};
+        use super::process::run;
+        #[derive(Debug, clap::Args)]
+        struct Args;
+        fn look() { let _ = std::thread::current(); }
+        #[cfg(test)]
+        mod tests { use std::net::TcpStream; }
+    ";
+    let mut paths = Paths { module: vec!["pilot".into()], found: Vec::new() };
+    paths.visit_file(&syn::parse_file(text).unwrap());
+    let sees = |rule: &str| paths.found.iter().any(|path| is_within(path, rule));
+    for rule in ["std::fs", "std::time::Instant", "crate::process", "clap", "std::thread"] {
+        assert!(sees(rule), "{rule}: {:?}", paths.found);
+    }
+    assert!(!sees("std::net"), "what only tests use does not count");
 }

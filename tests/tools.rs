@@ -1,4 +1,4 @@
-//! The tools that read logs: each says what the run said, or what is wrong with the file.
+//! The tools that read logs: each agrees with the run, or says what is wrong with the file.
 
 use crate::harness::{Finished, Swarm, ringwing};
 use ringwing_flight::Part;
@@ -24,7 +24,7 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn review_tells_from_the_log_what_the_run_told() {
+fn review_finds_in_the_log_what_the_run_reported() {
     let run = Swarm::fly("paper-4.2").finish();
     let (code, json, _) = tool(&["review", text(&log_of(&run)), "--json"]);
     let told: Value = serde_json::from_str(&json).unwrap();
@@ -38,7 +38,7 @@ fn review_tells_from_the_log_what_the_run_told() {
 }
 
 #[test]
-fn review_draws_a_page_that_loads_nothing() {
+fn review_draws_a_page_that_loads_nothing_from_elsewhere() {
     let run = Swarm::fly("paper-4.2").finish();
     let (code, table, said) = tool(&["review", text(&log_of(&run))]);
     assert_eq!(code, Some(0), "{said}");
@@ -63,11 +63,11 @@ fn review_draws_a_page_that_loads_nothing() {
     }
     let csv = fs::read_to_string(run.folder.join("review/speeds.csv")).unwrap();
     assert!(csv.starts_with("time_s,uav 1,uav 2"));
-    assert_eq!(csv.lines().count(), 9002, "nothing is thinned in tables");
+    assert_eq!(csv.lines().count(), 9002, "tables have every tick");
 }
 
 #[test]
-fn verify_repeats_a_flight_and_finds_one_flipped_bit() {
+fn verify_repeats_a_flight_and_finds_a_flipped_bit() {
     let run = Swarm::fly("paper-4.1").with("--duration 3").finish();
     let log = log_of(&run);
     let (code, told, said) = tool(&["verify", text(&log)]);
@@ -170,14 +170,14 @@ fn messages(path: &Path) -> Vec<(String, u32, Vec<u8>)> {
 }
 
 #[test]
-fn what_is_no_log_is_told_so_by_every_tool() {
+fn every_tool_refuses_a_file_that_is_not_a_log() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("run.mcap");
     for (content, reason) in [
         (b"".as_slice(), "is empty"),
         (b"dear diary, today I flew", "is not an MCAP file"),
         (&mcap::MAGIC[..4], "is cut off"),
-        (mcap::MAGIC, "no log of ringwing"),
+        (mcap::MAGIC, "not a log of ringwing"),
     ] {
         fs::write(&file, content).unwrap();
         for arguments in

@@ -3,21 +3,16 @@
 use crate::harness::{Running, Swarm};
 use iceoryx2::{
     node::{Node, NodeState, NodeView},
-    prelude::{
-        CallbackProgression, Config, FilePath, NodeBuilder, SemanticString, Service, ZeroCopySend, ipc,
-    },
+    prelude::{CallbackProgression, Config, FilePath, NodeBuilder, SemanticString, Service, ipc},
     service::port_factory::PortFactory,
 };
-use ringwing_bus::Stamps;
+use ringwing_bus::{Stamps, Wire};
 use ringwing_flight::{
-    Command, Event, FormationError, LeaderState, LinkCounts, Part, Roster, Sensed, TickTiming, UavId,
-    UavState,
+    Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, Part, Payload, Roster, Sensed,
+    TickTiming, UavId, UavState,
 };
 use rustix::process::Signal;
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fmt::Debug,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Names of the nodes that publish and that subscribe.
 type Ends = (BTreeSet<String>, BTreeSet<String>);
@@ -57,9 +52,9 @@ impl Inspector {
         services
     }
 
-    fn ends<T: Debug + ZeroCopySend>(&self, service: &str) -> Ends {
+    fn ends<T: Payload>(&self, service: &str) -> Ends {
         let builder = self.node.service_builder(&service.try_into().unwrap());
-        let factory = builder.publish_subscribe::<T>().user_header::<Stamps>().open().unwrap();
+        let factory = builder.publish_subscribe::<Wire<T>>().user_header::<Stamps>().open().unwrap();
         let mut ends = Ends::default();
         factory.dynamic_config().list_publishers(|port| {
             ends.0.insert(self.names[&port.node_id.value()].clone());
@@ -77,11 +72,12 @@ impl Inspector {
             let ends = match service.rsplit('/').next().unwrap() {
                 "sensed" => self.ends::<Sensed>(&service),
                 "command" => self.ends::<Command>(&service),
+                "account" => self.ends::<Account>(&service),
                 "state" if service.starts_with("uav/") => self.ends::<UavState>(&service),
                 "state" => self.ends::<LeaderState>(&service),
                 "links" => self.ends::<LinkCounts>(&service),
                 "timing" => self.ends::<TickTiming>(&service),
-                "events" => self.ends::<Event>(&service),
+                "events" => self.ends::<EventMessage>(&service),
                 "roster" => self.ends::<Roster>(&service),
                 "formation_error" => self.ends::<FormationError>(&service),
                 other => panic!("unknown service {other}"),
@@ -101,7 +97,7 @@ fn an_agent_is_connected_to_its_senses_its_ring_neighbours_and_the_leader_alone(
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --uavs 5").start();
     run.wait_for_second(0.1);
     let services = Inspector::of(&run).all_ends();
-    assert_eq!(services.len(), 7 + 3 * 5, "{:?}", services.keys());
+    assert_eq!(services.len(), 7 + 4 * 5, "{:?}", services.keys());
     for uav in 1..=5_u32 {
         let (previous, next) = ((uav + 3) % 5 + 1, uav % 5 + 1);
         let agent = format!("agent-{uav}");
@@ -115,7 +111,7 @@ fn an_agent_is_connected_to_its_senses_its_ring_neighbours_and_the_leader_alone(
             format!("uav/{next}/state"),
             "leader/state".into(),
         ]);
-        let says = set(&[format!("uav/{uav}/state"), format!("uav/{uav}/command")]);
+        let says = set(&["state", "command", "account"].map(|kind| format!("uav/{uav}/{kind}")));
         assert_eq!(of(|ends| &ends.1), hears, "{agent} subscribes");
         assert_eq!(of(|ends| &ends.0), says, "{agent} publishes");
     }

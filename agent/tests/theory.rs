@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 use proptest::prelude::*;
 use ringwing_agent::law::{
-    Bond, Control, Field, Flyer, Limits, formation_control, lyapunov_candidate, lyapunov_rate,
+    Bond, ControlInput, Field, Flyer, Limits, formation_control, lyapunov_candidate, lyapunov_rate,
     potential_forces, saturated_control, speed_force,
 };
 use ringwing_flight::{Formation, Pose, wrap};
@@ -40,7 +40,7 @@ impl Ideal {
         self.uavs.iter().enumerate().map(flyer).collect()
     }
 
-    fn control(&self, flyer: &Flyer) -> Control {
+    fn control(&self, flyer: &Flyer) -> ControlInput {
         let force = speed_force(SPEED, self.leader.heading_rad)
             - potential_forces(&flyer.field, &flyer.position).total();
         let wish = formation_control(&force, flyer.heading_rad, 1.0);
@@ -48,7 +48,7 @@ impl Ideal {
     }
 
     fn step(&mut self, period_s: f64) {
-        let controls: Vec<Control> = self.flyers().iter().map(|flyer| self.control(flyer)).collect();
+        let controls: Vec<ControlInput> = self.flyers().iter().map(|flyer| self.control(flyer)).collect();
         for (pose, control) in self.uavs.iter_mut().zip(controls) {
             *pose = pose.after(control.speed_m_s, control.turn_rate_rad_s, period_s);
         }
@@ -152,7 +152,7 @@ proptest! {
         let (own, other) = (Point2::new(x, y), Point2::new(other_x, other_y));
         let bond = Bond { point: other, rest_m: 40.0, gain: GAIN };
         let field = Field { previous: Some(bond), next: Some(bond), centre: bond, slot: other, slot_gain: 1.0 };
-        let obstacle = ringwing_agent::law::Obstacle { centre: other, radius_m: 10.0, braking_distance_m: 20.0 };
+        let obstacle = ringwing_agent::law::RepulsiveObstacle { centre: other, radius_m: 10.0, braking_distance_m: 20.0 };
         let force = potential_forces(&field, &own).total();
         let repulsion = ringwing_agent::law::repulsion(100.0, &obstacle, &own);
         let control = formation_control(&(speed_force(SPEED, heading) - force + repulsion), heading, 1.0);

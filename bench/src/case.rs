@@ -91,7 +91,7 @@ impl Case {
         (scenario.ipc.payload_bytes, scenario.ipc.few_uavs) = (self.payload_bytes, self.uavs < RING_UAVS);
         // Validates the scenario, as if it had been read from a file.
         let scenario = Scenario::resolved(&scenario.to_toml())?;
-        start::places(&scenario)?;
+        start::states(&scenario)?;
         Ok(scenario)
     }
 }

@@ -234,11 +234,11 @@ fn is_over(now_ns: u64, until_ns: u64, due: Option<PacedTick>) -> bool {
 
 /// All processes of the run that are ready.
 fn processes(gate: &Gate) -> impl Iterator<Item = u32> {
-    Part::all(MAX_UAVS).filter_map(|part| gate.attendant(part))
+    Part::all(MAX_UAVS).filter_map(|part| gate.ready_process(part))
 }
 
 fn agents(gate: &Gate) -> impl Iterator<Item = u32> {
-    UavId::all(MAX_UAVS).filter_map(|uav| gate.attendant(Part::Agent(uav)))
+    UavId::all(MAX_UAVS).filter_map(|uav| gate.ready_process(Part::Agent(uav)))
 }
 
 #[cfg(test)]

@@ -69,9 +69,7 @@ mod tests {
             let named = page.replace("http://www.w3.org/2000/svg", "");
             assert!(!named.contains(foreign), "the page has {foreign}");
         }
-        for text in
-            ["Example 3000", "60 % busy", "ringwing bench &lt;script&gt;", "missed deadlines: 6"]
-        {
+        for text in ["Example 3000", "60 % busy", "ringwing bench &lt;script&gt;", "missed deadlines: 6"] {
             assert!(page.contains(text), "the page lacks {text}");
         }
     }

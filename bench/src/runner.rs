@@ -17,7 +17,7 @@ use crate::{
     transport::hub,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_bus::{StopFlag, domain::DomainOwner};
+use ringwing_bus::{DomainOwner, StopFlag};
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     fs,

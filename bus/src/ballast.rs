@@ -1,11 +1,10 @@
-//! Ballast: bytes that go between the world and an agent in every tick beside the messages, so that their cost shows.
+//! Ballast: bytes that go between the world and each agent in every tick beside the messages, so that a benchmark shows
+//! what they cost.
 //!
-//! Loaned from shared memory, written, sent without a copy, and read to the last byte; never of any use to the flight.
+//! They are loaned from shared memory, written, sent without a copy, and read to the last byte. The flight must never
+//! depend on them.
 
-use crate::{
-    BusError,
-    channel::{TICK_DEPTH, patiently},
-};
+use crate::{BusError, retry::retry};
 use iceoryx2::{
     node::Node,
     port::{publisher::Publisher, subscriber::Subscriber},
@@ -17,7 +16,11 @@ use iceoryx2::{
 use ringwing_flight::{Tick, UavId};
 use std::{fmt::Debug, hint::black_box};
 
-type Factory = PortFactory<ipc::Service, [u8], ()>;
+/// An open ballast service. The service exists while any process holds one.
+pub(crate) type Factory = PortFactory<ipc::Service, [u8], ()>;
+
+/// Samples that a reader may lag behind before it loses one. In lockstep it is one tick behind at most.
+const DEPTH: usize = 4;
 
 /// One end of the ballast between the world and an agent.
 #[derive(Debug)]
@@ -28,35 +31,35 @@ pub struct Ballast {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Way {
+enum Direction {
     ToAgent,
     ToWorld,
 }
 
 impl Ballast {
-    /// The world's end of the ballast of `uav`: so many `bytes` each way.
+    /// The world's end of the ballast of `uav`, with `bytes` per tick in each direction.
     pub fn of_world(node: &Node<ipc::Service>, uav: UavId, bytes: u32) -> Result<Self, BusError> {
-        Self::open(node, uav, bytes, [Way::ToAgent, Way::ToWorld])
+        Self::open(node, uav, bytes, [Direction::ToAgent, Direction::ToWorld])
     }
 
-    /// The end of the agent of `uav`.
+    /// The end of `uav`'s agent.
     pub fn of_agent(node: &Node<ipc::Service>, uav: UavId, bytes: u32) -> Result<Self, BusError> {
-        Self::open(node, uav, bytes, [Way::ToWorld, Way::ToAgent])
+        Self::open(node, uav, bytes, [Direction::ToWorld, Direction::ToAgent])
     }
 
     fn open(
         node: &Node<ipc::Service>,
         uav: UavId,
         bytes: u32,
-        [out, back]: [Way; 2],
+        [out, back]: [Direction; 2],
     ) -> Result<Self, BusError> {
         let bytes = bytes as usize;
         let sender = open(node, uav, out)?.publisher_builder().initial_max_slice_len(bytes).create();
         let receiver = open(node, uav, back)?.subscriber_builder().create();
         Ok(Self {
             bytes,
-            sender: sender.map_err(|error| refused(uav, &error))?,
-            receiver: receiver.map_err(|error| refused(uav, &error))?,
+            sender: sender.map_err(|error| ballast_error(uav, "no place for a publisher", error))?,
+            receiver: receiver.map_err(|error| ballast_error(uav, "no place for a subscriber", error))?,
         })
     }
 
@@ -64,16 +67,17 @@ impl Ballast {
     pub fn send(&self, tick: Tick) -> Result<(), BusError> {
         let failed = |error: &dyn Debug| BusError::ipc("ballast cannot be sent", error);
         let sample = self.sender.loan_slice_uninit(self.bytes).map_err(|error| failed(&error))?;
-        let filling = tick.0 as u8;
-        sample.write_from_fn(|_| filling).send().map_err(|error| failed(&error))?;
+        let value = tick.0 as u8;
+        sample.write_from_fn(|_| value).send().map_err(|error| failed(&error))?;
         Ok(())
     }
 
-    /// Reads all that has come, to the last byte; returns how much that was.
+    /// Reads all that has come, to the last byte; returns how many bytes that were.
     pub fn receive(&self) -> Result<usize, BusError> {
         let failed = |error| BusError::ipc("ballast cannot be read", error);
         let mut read = 0;
         while let Some(sample) = self.receiver.receive().map_err(failed)? {
+            // The sum has no use but to keep the compiler from skipping the read.
             black_box(sample.payload().iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte)));
             read += sample.payload().len();
         }
@@ -81,34 +85,36 @@ impl Ballast {
     }
 }
 
-fn refused(uav: UavId, error: &dyn Debug) -> BusError {
-    BusError::ipc(format!("the ballast of {uav}: no place for another process"), error)
+/// Creates the ballast services of a swarm of `uavs`.
+pub(crate) fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Vec<Factory>, BusError> {
+    let create = |(uav, direction)| {
+        let service = node.service_builder(&name(uav, direction)?).publish_subscribe::<[u8]>();
+        let service = service.subscriber_max_buffer_size(DEPTH).history_size(0);
+        let created = service.enable_safe_overflow(true).create();
+        created.map_err(|error| ballast_error(uav, "cannot be created", error))
+    };
+    UavId::all(uavs)
+        .flat_map(|uav| [(uav, Direction::ToAgent), (uav, Direction::ToWorld)])
+        .map(create)
+        .collect()
 }
 
-fn name(uav: UavId, way: Way) -> Result<ServiceName, BusError> {
-    let way = match way {
-        Way::ToAgent => "to_agent",
-        Way::ToWorld => "to_world",
+fn open(node: &Node<ipc::Service>, uav: UavId, direction: Direction) -> Result<Factory, BusError> {
+    let name = name(uav, direction)?;
+    let missing = |error: &PublishSubscribeOpenError| *error == PublishSubscribeOpenError::DoesNotExist;
+    retry(|| node.service_builder(&name).publish_subscribe::<[u8]>().open(), missing)
+        .map_err(|error| ballast_error(uav, "cannot be opened", error))
+}
+
+fn name(uav: UavId, direction: Direction) -> Result<ServiceName, BusError> {
+    let direction = match direction {
+        Direction::ToAgent => "to_agent",
+        Direction::ToWorld => "to_world",
     };
-    let text = format!("uav/{}/ballast/{way}", uav.0);
+    let text = format!("uav/{}/ballast/{direction}", uav.0);
     text.as_str().try_into().map_err(|error| BusError::ipc(text, error))
 }
 
-/// Creates the services of all ballast of a swarm of `uavs`.
-pub(crate) fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Vec<Factory>, BusError> {
-    let ways = UavId::all(uavs).flat_map(|uav| [(uav, Way::ToAgent), (uav, Way::ToWorld)]);
-    let create = |(uav, way)| {
-        let service = node.service_builder(&name(uav, way)?).publish_subscribe::<[u8]>();
-        let service = service.subscriber_max_buffer_size(TICK_DEPTH).history_size(0);
-        let created = service.enable_safe_overflow(true).create();
-        created.map_err(|error| BusError::ipc(format!("the ballast of {uav}: cannot be created"), error))
-    };
-    ways.map(create).collect()
-}
-
-fn open(node: &Node<ipc::Service>, uav: UavId, way: Way) -> Result<Factory, BusError> {
-    let name = name(uav, way)?;
-    let missing = |error: &PublishSubscribeOpenError| *error == PublishSubscribeOpenError::DoesNotExist;
-    patiently(|| node.service_builder(&name).publish_subscribe::<[u8]>().open(), missing)
-        .map_err(|error| BusError::ipc(format!("the ballast of {uav}: cannot be opened"), error))
+fn ballast_error(uav: UavId, problem: &str, reason: impl Debug) -> BusError {
+    BusError::ipc(format!("the ballast of {uav}: {problem}"), reason)
 }

@@ -1,8 +1,10 @@
-//! The domain: the place in shared memory that one run owns, apart from every other run on the machine.
+//! The domain: the place in shared memory that one run owns. It keeps runs on one machine apart.
 //!
-//! For a domain `k3x9ab` that is the folder `/dev/shm/ringwing_k3x9ab` (service files, tick gate, scenario, reports),
-//! iceoryx2's segments `/dev/shm/ringwing_k3x9ab_*`, and the lock `/dev/shm/ringwing_k3x9ab.lock`, which the launcher
-//! holds while it lives. A domain whose lock nobody holds is abandoned, and anybody may remove it.
+//! The domain `k3x9ab` consists of the folder `/dev/shm/ringwing_k3x9ab` (service files, tick gate, scenario, reports),
+//! iceoryx2's segments `/dev/shm/ringwing_k3x9ab_*`, and the lock `/dev/shm/ringwing_k3x9ab.lock`. The launcher holds
+//! the lock while it lives. A domain whose lock is free is abandoned, and any process may remove it.
+//!
+//! Must never remove anything of a domain whose launcher lives.
 
 use crate::{BusError, Gate};
 use iceoryx2::prelude::{Config, FileName, Path as IpcPath, SemanticString};
@@ -13,20 +15,25 @@ use std::{
     os::unix::fs::{DirBuilderExt, MetadataExt},
     path::{Path, PathBuf},
     str::FromStr,
-    time::{SystemTime, UNIX_EPOCH},
+    time::{Duration, SystemTime, UNIX_EPOCH},
 };
 
-/// Where domains live: a tmpfs, because a real disk would be synced for every service file.
+/// The folder of all domains: a tmpfs, because iceoryx2 would wait for a real disk with every service file.
 const SHARED_MEMORY: &str = "/dev/shm";
+/// What the names of all files of ringwing begin with there.
 const PREFIX: &str = "ringwing_";
+/// Longer is harder to type; shorter makes two runs collide more often, and costs another draw of a name.
 const ID_LENGTH: usize = 6;
+/// How old a segment without a size must be to count as abandoned. Younger ones are usually being created; older ones
+/// block each process that opens them for as long.
+const STILLBORN_AGE: Duration = Duration::from_millis(100);
 
 /// The name of a domain: six lower-case letters and digits.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DomainId(String);
 
 impl DomainId {
-    /// A name that no other run of this moment has; it has no influence on the flight.
+    /// A name drawn from time and process id. It has no influence on the flight.
     fn fresh() -> Self {
         const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
         let nanoseconds =
@@ -76,7 +83,7 @@ impl FromStr for DomainId {
     }
 }
 
-/// A run's place in shared memory.
+/// A run's place in shared memory, as any of its processes sees it.
 #[derive(Debug, Clone)]
 pub struct Domain {
     id: DomainId,
@@ -90,7 +97,7 @@ pub struct DomainOwner {
 }
 
 impl DomainOwner {
-    /// Makes a new domain that holds `scenario`, the text that every process of the run flies by.
+    /// Creates a domain with a tick gate and the text of `scenario`, which every process of the run reads.
     pub fn create(scenario: &str) -> Result<(Self, Gate), BusError> {
         let (id, lock) = loop {
             let id = DomainId::fresh();
@@ -107,7 +114,7 @@ impl DomainOwner {
         Ok((owner, gate))
     }
 
-    /// The domain owned.
+    /// The domain that this value owns.
     pub fn domain(&self) -> &Domain {
         &self.domain
     }
@@ -120,15 +127,12 @@ impl Drop for DomainOwner {
 }
 
 impl Domain {
-    /// Finds the domain of a run that somebody else started.
+    /// Finds the domain of a run that another process started.
     pub fn join(id: &DomainId) -> Result<Self, BusError> {
         if id.root().is_dir() {
             Ok(Self { id: id.clone() })
         } else {
-            Err(BusError::Domain {
-                id: id.to_string(),
-                problem: "no run with this domain is going on".into(),
-            })
+            Err(BusError::Domain { id: id.to_string(), problem: "no such run is going on".into() })
         }
     }
 
@@ -149,24 +153,24 @@ impl Domain {
         self.root().join("gate")
     }
 
-    /// Where the launcher listens to those who want something done to the run: a Unix socket.
+    /// The Unix socket on which the launcher takes requests for faults.
     pub fn request_path(&self) -> PathBuf {
         self.root().join("requests")
     }
 
-    /// Where a benchmark has words of shared memory for what it compares a run with.
+    /// The page of shared memory for benchmarks that compare a run with bare futexes and atomics.
     pub fn words_path(&self) -> PathBuf {
         self.root().join("words")
     }
 
-    /// Whether the run's launcher lives: it holds the lock.
+    /// Whether the run's launcher lives: whether somebody holds the lock.
     pub fn has_launcher(&self) -> bool {
         let lock = fs::File::open(self.id.lock_path());
         lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
     }
 
-    /// The scenario of the run, as TOML.
-    pub fn scenario(&self) -> Result<String, BusError> {
+    /// The run's scenario as TOML, every value in full.
+    pub fn scenario_text(&self) -> Result<String, BusError> {
         let path = self.scenario_path();
         fs::read_to_string(&path).map_err(BusError::file(path))
     }
@@ -176,8 +180,8 @@ impl Domain {
         Gate::open(&self.gate_path())
     }
 
-    /// Leaves `report` for the launcher, whole or not at all.
-    pub fn leave_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
+    /// Writes `report` for other processes of the run. They see all of it, or none.
+    pub fn write_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
         let path = self.root().join(format!("{name}.json"));
         let draft = path.with_extension("draft");
         let text =
@@ -186,7 +190,7 @@ impl Domain {
         fs::rename(&draft, &path).map_err(BusError::file(path))
     }
 
-    /// The report that a process left, if it did.
+    /// The report `name`, if a process has written it.
     pub fn report<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, BusError> {
         let path = self.root().join(format!("{name}.json"));
         if !path.exists() {
@@ -198,8 +202,8 @@ impl Domain {
 
     /// iceoryx2's configuration for this domain.
     ///
-    /// Dead processes are cleaned up by the launcher alone: with the defaults each process would do it at its start,
-    /// four times slower with a hundred of them.
+    /// Only the launcher cleans up after dead processes. By default each process would do so when it starts, which
+    /// makes the start of a hundred processes four times slower.
     pub(crate) fn config(&self) -> Result<Config, BusError> {
         let mut config = Config::default();
         let prefix = self.id.segment_prefix();
@@ -214,31 +218,32 @@ impl Domain {
         Ok(config)
     }
 
-    /// A configuration file by which iceoryx2's own command line sees this domain.
+    /// A configuration file with which iceoryx2's own command line sees this domain.
     pub fn iox2_config(&self) -> String {
         format!(
-            "# For iceoryx2's command line: run `iox2 service list` in the folder above this one while the run goes on.\n\
+            "# For iceoryx2's command line: while the run goes on, run `iox2 service list` in the folder above this one.\n\
              [global]\nroot-path = \"{}\"\nprefix = \"{}\"\n",
             self.root().display(),
             self.id.segment_prefix()
         )
     }
 
-    /// Removes segments whose creator was killed between creating and sizing them.
+    /// Removes segments whose creator was killed after it created the file and before it set the size.
     ///
-    /// iceoryx2 0.10 waits for such a segment's size for ever, and so would everybody who opens or cleans it.
+    /// iceoryx2 0.10 waits for that size without a limit, in every process that opens or cleans up the segment.
     pub fn remove_stillborn_segments(&self) {
         for entry in entries().filter(|entry| name_of(entry).starts_with(&self.id.segment_prefix())) {
             let Ok(meta) = entry.metadata() else { continue };
             let age = meta.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
-            if meta.len() == 0 && meta.mode() & 0o400 == 0 && age.as_millis() > 100 {
+            if meta.len() == 0 && meta.mode() & 0o400 == 0 && age > STILLBORN_AGE {
+                // Its creator may have removed it in between.
                 let _ = fs::remove_file(entry.path());
             }
         }
     }
 }
 
-/// Makes and takes the lock of a new domain; `None` when the name is taken.
+/// Creates and takes the lock of a new domain; `None` if another run has the name.
 fn create_lock(id: &DomainId) -> Result<Option<fs::File>, BusError> {
     let path = id.lock_path();
     let lock = match fs::File::create_new(&path) {
@@ -246,14 +251,15 @@ fn create_lock(id: &DomainId) -> Result<Option<fs::File>, BusError> {
         Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => return Ok(None),
         Err(error) => return Err(BusError::file(path)(error)),
     };
-    // Somebody who cleans up may have come in between and removed the file: then it is not ours.
+    // Another process may have taken the free lock for abandoned and removed it. Then the file on disk is no longer
+    // ours.
     let locked = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok();
     let inode = |meta: std::io::Result<fs::Metadata>| meta.map(|meta| meta.ino()).ok();
     let ours = locked && inode(lock.metadata()) == inode(fs::metadata(&path));
     Ok(ours.then_some(lock))
 }
 
-/// Every domain that there is, abandoned or not.
+/// All domains on this machine, abandoned or not.
 pub fn all() -> Vec<DomainId> {
     let mut ids: Vec<DomainId> = entries().filter_map(|entry| id_in(&name_of(&entry))).collect();
     ids.sort();
@@ -261,7 +267,7 @@ pub fn all() -> Vec<DomainId> {
     ids
 }
 
-/// Removes every domain whose launcher is gone; returns their names.
+/// Removes all domains whose launcher is gone; returns their names.
 pub fn remove_abandoned() -> Vec<DomainId> {
     let mut ids = all();
     ids.retain(|id| {
@@ -278,9 +284,9 @@ pub fn remove_abandoned() -> Vec<DomainId> {
     ids
 }
 
-/// Removes what belongs to a domain, its lock last.
+/// Removes all files of a domain, its lock last: until then no other run takes the name.
 fn remove_all(id: &DomainId) {
-    // What is already gone, or goes while we look, is what we want.
+    // A file that is already gone, or disappears meanwhile, is what we want.
     let _ = fs::remove_dir_all(id.root());
     for entry in entries().filter(|entry| name_of(entry).starts_with(&id.segment_prefix())) {
         let _ = fs::remove_file(entry.path());
@@ -309,7 +315,7 @@ mod tests {
         let (owner, _gate) = DomainOwner::create("name = \"x\"").unwrap();
         let id = owner.domain().id().clone();
         assert!(!remove_abandoned().contains(&id) && owner.domain().has_launcher());
-        assert_eq!(Domain::join(&id).unwrap().scenario().unwrap(), "name = \"x\"");
+        assert_eq!(Domain::join(&id).unwrap().scenario_text().unwrap(), "name = \"x\"");
         drop(owner);
         assert!(!id.root().exists() && !id.lock_path().exists());
         assert!(Domain::join(&id).is_err());
@@ -317,26 +323,26 @@ mod tests {
     }
 
     #[test]
-    fn what_a_dead_launcher_left_is_found_and_removed() {
+    fn the_domain_of_a_dead_launcher_is_found_and_removed() {
         let id: DomainId = "zzzz00".parse().unwrap();
         fs::create_dir_all(id.root()).unwrap();
         let segment = Path::new(SHARED_MEMORY).join(format!("{}segment", id.segment_prefix()));
         fs::write(&segment, "x").unwrap();
-        // Another test's sweep may be quicker; what counts is that it is gone.
+        // Another test that runs at the same time may remove it first.
         remove_abandoned();
         assert!(!id.root().exists() && !segment.exists() && !id.lock_path().exists());
     }
 
     #[test]
-    fn a_report_comes_back_as_it_was_left() {
+    fn a_report_is_read_as_it_was_written() {
         let (owner, _gate) = DomainOwner::create("").unwrap();
         assert_eq!(owner.domain().report::<Vec<f64>>("world").unwrap(), None);
-        owner.domain().leave_report("world", &vec![0.1, 2.5]).unwrap();
+        owner.domain().write_report("world", &vec![0.1, 2.5]).unwrap();
         assert_eq!(owner.domain().report::<Vec<f64>>("world").unwrap(), Some(vec![0.1, 2.5]));
     }
 
     #[test]
-    fn names_that_are_no_domain_are_refused() {
+    fn invalid_names_are_refused() {
         for name in ["", "abc", "abcdefg", "ABCDEF", "../../", "abc_de"] {
             assert!(name.parse::<DomainId>().is_err(), "{name}");
         }

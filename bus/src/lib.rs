@@ -1,89 +1,56 @@
-//! How the processes of a run meet: the domain in shared memory that one run owns, its services, and its tick gate.
+//! How the processes of a run find each other, exchange payloads, and step through time together.
 //!
-//! The only crate that knows iceoryx2, futexes and shared memory. [`domain`] is a run's place in shared memory, [`channel`]
-//! its services, [`gate`] the page that lets all processes step through time together, [`waker`] and [`patience`] how
-//! they wait for it, and [`member`] what every process does to take part. [`ballast`] carries bytes for benchmarks.
+//! The only crate that knows iceoryx2, futexes and shared memory.
 //!
-//! Never decides anything about the flight: no law, no physics.
+//! - [`domain`] is a run's place in shared memory, and [`report`] names the files that processes leave there.
+//! - [`services`] is the table of a run's services; `channel` opens them, sends and receives.
+//! - `gate` is the page at which all processes step through time, made of [`page`] and [`futex`]; `waker` and
+//!   `wait_strategy` are how they wait for it.
+//! - `member` is a process that takes part in a run, and `answerer` one that answers ticks. `process`, `node` and
+//!   `stop` are what they need of the operating system and of iceoryx2.
+//! - `deadlines` says when ticks are due in real time, and `placement` on which core a process runs.
+//! - `ballast` carries bytes for benchmarks, and `probe` is what a benchmark hooks into the loop that opens ticks.
+//!
+//! Must never decide anything about the flight: no law, no physics.
 
-pub mod ballast;
-pub mod channel;
-pub mod deadlines;
+mod answerer;
+mod ballast;
+mod channel;
+mod deadlines;
 pub mod domain;
-pub mod gate;
-pub mod member;
-pub mod patience;
-pub mod placement;
-pub mod probe;
+mod error;
+pub mod futex;
+mod gate;
+mod member;
+mod node;
+pub mod page;
+mod placement;
+mod probe;
+mod process;
 pub mod report;
-pub mod stamp;
-pub mod waker;
+mod retry;
+pub mod services;
+mod stamp;
+mod stop;
+mod wait_strategy;
+mod waker;
 mod wire;
 
+pub use answerer::Answerer;
 pub use ballast::Ballast;
-pub use channel::{Channel, Publisher, Subscriber};
-pub use deadlines::Deadlines;
-pub use domain::{Domain, DomainId};
+pub use channel::{Channel, Publisher, Subscriber, failed_connections};
+pub use deadlines::{Deadlines, Lateness};
+pub use domain::{Domain, DomainId, DomainOwner};
+pub use error::BusError;
 pub use gate::{Gate, Wait};
-pub use member::{Member, StopFlag};
-pub use patience::{Due, Patience};
+pub use member::{Member, MemberArgs};
+pub use node::create_node;
 pub use placement::{Placement, PlacementError};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
+pub use process::{die_with, is_running};
+pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
+pub use stop::StopFlag;
+pub use wait_strategy::{Due, WaitStrategy, processes_per_core};
 pub use waker::Waker;
-
-/// What can go wrong between a process and the rest of its run.
-#[derive(Debug, thiserror::Error)]
-pub enum BusError {
-    /// The domain is not there, or is not one of ours.
-    #[error("domain {id}: {problem}; `ringwing run` creates a domain and prints its name")]
-    Domain {
-        /// The domain's name.
-        id: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A file of the domain could not be read, written, mapped or removed.
-    #[error("{path}: {source}")]
-    File {
-        /// The file.
-        path: std::path::PathBuf,
-        /// The operating system's reason.
-        source: std::io::Error,
-    },
-    /// A report that another process left is not readable.
-    #[error("{path}: not a readable report: {source}")]
-    Report {
-        /// The file.
-        path: std::path::PathBuf,
-        /// What the reader says.
-        source: serde_json::Error,
-    },
-    /// iceoryx2 refused.
-    #[error("{what}: {reason}")]
-    Ipc {
-        /// The service, port or node concerned.
-        what: String,
-        /// The error as iceoryx2 names it.
-        reason: String,
-    },
-    /// The operating system refused.
-    #[error("{what}: {source}")]
-    System {
-        /// What was asked for.
-        what: &'static str,
-        /// The operating system's reason.
-        source: std::io::Error,
-    },
-}
-
-impl BusError {
-    fn ipc(what: impl Into<String>, reason: impl std::fmt::Debug) -> Self {
-        Self::Ipc { what: what.into(), reason: format!("{reason:?}") }
-    }
-
-    fn file(path: impl Into<std::path::PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        move |source| Self::File { path, source }
-    }
-}
+pub use wire::Wire;

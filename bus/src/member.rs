@@ -1,58 +1,22 @@
-//! What every process of a run does to take part: join the domain, raise its limits, heed its signals, say it is ready.
+//! What every process of a run does to take part: join the domain, read the scenario, announce that it is ready.
 
-use crate::{BusError, Domain, DomainId, Gate};
-use iceoryx2::{
-    node::{Node, NodeBuilder},
-    prelude::{LogLevel, NodeName, SignalHandlingMode, ipc, set_log_level_from_env_or},
+use crate::{
+    BusError, Domain, DomainId, Gate, StopFlag, create_node,
+    process::{die_with, is_running, set_process_name},
 };
+use iceoryx2::{node::Node, prelude::ipc};
 use ringwing_flight::Part;
-use rustix::process::{
-    Pid, Resource, Rlimit, Signal, getppid, getrlimit, set_parent_process_death_signal, setrlimit,
-};
-use rustix::thread::set_name;
-use std::{
-    ffi::CString,
-    io,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering::Relaxed},
-    },
-    thread,
-    time::Duration,
-};
+use ringwing_scenario::Scenario;
 
-/// Set once the process is asked to stop.
-#[derive(Debug, Clone, Default)]
-pub struct StopFlag(Arc<AtomicBool>);
-
-impl StopFlag {
-    /// A flag that SIGTERM and SIGINT set.
-    pub fn on_signals() -> Result<Self, BusError> {
-        let flag = Self::default();
-        for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
-            signal_hook::flag::register(signal, flag.0.clone())
-                .map_err(|source| BusError::System { what: "cannot handle signals", source })?;
-        }
-        Ok(flag)
-    }
-
-    /// Sets the flag once `condition` no longer holds; looks twice a second.
-    fn set_unless(&self, condition: impl Fn() -> bool + Send + 'static) -> Result<(), BusError> {
-        let flag = self.0.clone();
-        let watch = move || {
-            while condition() {
-                thread::sleep(Duration::from_millis(500));
-            }
-            flag.store(true, Relaxed);
-        };
-        let failed = |source| BusError::System { what: "cannot start a thread", source };
-        thread::Builder::new().spawn(watch).map(drop).map_err(failed)
-    }
-
-    /// Whether the process is asked to stop.
-    pub fn is_set(&self) -> bool {
-        self.0.load(Relaxed)
-    }
+/// Which run to take part in.
+#[derive(Debug, Clone, clap::Args)]
+pub struct MemberArgs {
+    /// The run's domain, as `ringwing run` prints it.
+    #[arg(long)]
+    pub domain: DomainId,
+    /// Process id of the launcher to end with.
+    #[arg(long, value_name = "PID", hide = true)]
+    pub launcher: Option<u32>,
 }
 
 /// A process that takes part in a run.
@@ -60,29 +24,30 @@ impl StopFlag {
 pub struct Member {
     part: Part,
     domain: Domain,
+    scenario: Scenario,
     node: Node<ipc::Service>,
     stop: StopFlag,
 }
 
 impl Member {
-    /// Joins `domain` as `part`; the kernel ends it with the process `launcher` if that is given, and it ends by itself
-    /// when the domain no longer has a launcher.
-    pub fn join(domain: &DomainId, part: Part, launcher: Option<u32>) -> Result<Self, BusError> {
-        if let Some(launcher) = launcher {
+    /// Joins the run as `part`.
+    ///
+    /// The kernel ends this process with its launcher. A process that was started by hand has no launcher to end
+    /// with; it stops by itself when the run's launcher is gone.
+    pub fn join(args: &MemberArgs, part: Part) -> Result<Self, BusError> {
+        if let Some(launcher) = args.launcher {
             die_with(launcher)?;
         }
-        // What `top` and `ps` show; the program itself is the same for all.
-        if let Ok(name) = CString::new(part.node_name()) {
-            let _ = set_name(&name);
-        }
-        let domain = Domain::join(domain)?;
+        set_process_name(&part.node_name());
+        let domain = Domain::join(&args.domain)?;
+        let scenario = Scenario::resolved(&domain.scenario_text()?)?;
         let node = create_node(&domain, &part.node_name())?;
         let stop = StopFlag::on_signals()?;
-        if launcher.is_none() {
+        if args.launcher.is_none() {
             let domain = domain.clone();
             stop.set_unless(move || domain.has_launcher())?;
         }
-        Ok(Self { part, domain, node, stop })
+        Ok(Self { part, domain, scenario, node, stop })
     }
 
     /// The run's place in shared memory.
@@ -90,7 +55,12 @@ impl Member {
         &self.domain
     }
 
-    /// The node that this process opens services with.
+    /// The scenario that the run flies.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The node with which this process opens services.
     pub fn node(&self) -> &Node<ipc::Service> {
         &self.node
     }
@@ -100,55 +70,43 @@ impl Member {
         &self.stop
     }
 
-    /// Says that all ports are open, and hands over the gate to wait at.
-    pub fn attend(&self) -> Result<Gate, BusError> {
+    /// Announces that this process is ready, and returns the gate. All ports that it needs must be open before.
+    ///
+    /// Fails if another process that still runs is ready as the same part.
+    pub fn announce_ready(&self) -> Result<Gate, BusError> {
         let mut gate = self.domain.gate()?;
-        if let Some(other) = gate.attendant(self.part).filter(|pid| is_running(*pid)) {
+        if let Some(other) = gate.ready_process(self.part).filter(|pid| is_running(*pid)) {
             let problem = format!("process {other} already is the {} of this run", self.part);
             return Err(BusError::Domain { id: self.domain.id().to_string(), problem });
         }
         gate.note_missed();
-        gate.set_attendant(self.part, Some(std::process::id()));
+        gate.set_ready_process(self.part, Some(std::process::id()));
         Ok(gate)
     }
 }
 
-/// Makes an iceoryx2 node in `domain`, after raising the limit of open files: each connection takes some.
-pub fn create_node(domain: &Domain, name: &str) -> Result<Node<ipc::Service>, BusError> {
-    set_log_level_from_env_or(LogLevel::Error);
-    raise_open_files_limit()?;
-    let node_name = NodeName::new(name).map_err(|error| BusError::ipc(name, error))?;
-    NodeBuilder::new()
-        .name(&node_name)
-        .config(&domain.config()?)
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create()
-        .map_err(|error| BusError::ipc(format!("node {name}: cannot be created"), error))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::DomainOwner;
 
-/// Whether a process with this id runs.
-pub fn is_running(process: u32) -> bool {
-    std::path::Path::new("/proc").join(process.to_string()).exists()
-}
-
-fn raise_open_files_limit() -> Result<(), BusError> {
-    let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
-    setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum }).map_err(|errno| BusError::System {
-        what: "cannot raise the limit of open files",
-        source: errno.into(),
-    })
-}
-
-/// Lets the kernel kill this process when its launcher ends, however that ends: also when this process is stopped.
-pub fn die_with(launcher: u32) -> Result<(), BusError> {
-    set_parent_process_death_signal(Some(Signal::KILL)).map_err(|errno| BusError::System {
-        what: "cannot tie this process to its launcher",
-        source: errno.into(),
-    })?;
-    let parent = getppid().map(Pid::as_raw_nonzero).map(|pid| pid.get().cast_unsigned());
-    if parent == Some(launcher) {
-        return Ok(());
+    #[test]
+    fn a_part_is_taken_while_its_process_runs_and_free_after_that() {
+        let (owner, gate) = DomainOwner::create(&Scenario::default().to_toml()).unwrap();
+        let args = MemberArgs { domain: owner.domain().id().clone(), launcher: None };
+        let member = Member::join(&args, Part::Leader).unwrap();
+        assert_eq!(*member.scenario(), Scenario::default());
+        gate.set_ready_process(Part::Leader, Some(u32::MAX));
+        assert_eq!(member.announce_ready().unwrap().ready_process(Part::Leader), Some(std::process::id()));
+        let error = member.announce_ready().unwrap_err().to_string();
+        assert!(error.contains("already is the leader of this run"), "{error}");
     }
-    let source = io::Error::other(format!("process {launcher} is not its parent, or is gone"));
-    Err(BusError::System { what: "the launcher ended before this process began", source })
+
+    #[test]
+    fn nobody_joins_a_run_whose_scenario_is_unreadable() {
+        let (owner, _gate) = DomainOwner::create("uavs = 'many'").unwrap();
+        let args = MemberArgs { domain: owner.domain().id().clone(), launcher: None };
+        let error = Member::join(&args, Part::World).unwrap_err();
+        assert!(matches!(error, BusError::Scenario(_)), "{error}");
+    }
 }

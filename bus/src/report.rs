@@ -1,8 +1,8 @@
-//! The files that processes leave in the domain for each other, by name.
+//! The names of the reports: files that processes leave for each other in the domain.
 
-/// The world's [`WorldReport`](ringwing_flight::WorldReport).
+/// The world's [`WorldReport`](ringwing_flight::WorldReport), for the launcher.
 pub const WORLD: &str = "world";
-/// The recorder's summary of the flight.
+/// The recorder's summary of the flight, for the launcher.
 pub const RECORDER: &str = "recorder";
-/// The faults that were added while the run goes on, left by the launcher.
+/// The faults that were added during the run, from the launcher, for agents and recorder.
 pub const FAULTS: &str = "faults";

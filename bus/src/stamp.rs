@@ -1,11 +1,9 @@
-//! Wall-clock stamps, which travel beside a payload and never in it.
+//! Wall-clock stamps, which travel beside a payload and never in it: payloads stay the same from run to run.
 
 use iceoryx2::prelude::ZeroCopySend;
 use rustix::time::{ClockId, clock_gettime};
 
 /// When the sender did what, in nanoseconds of `CLOCK_MONOTONIC`: the user header of every service.
-///
-/// Payloads stay the same from run to run because the clock is only here.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("ringwing.Stamps.v2")]
 #[repr(C)]
@@ -14,14 +12,17 @@ pub struct Stamps {
     pub woke_ns: u64,
     /// The sender had read its inputs.
     pub read_ns: u64,
-    /// The sender handed the sample over, its work done.
+    /// The sender began to send: its work was done.
     pub sent_ns: u64,
-    /// How long handing over took in the tick before; it is known only after that.
+    /// How long sending took in the tick before. That of this tick is known only when the sample is gone.
     pub sending_ns: u64,
 }
 
+// Other programs read this header: a changed layout needs a new `type_name`.
+const _: () = assert!(size_of::<Stamps>() == 32);
+
 impl Stamps {
-    /// Stamps of a sender that waits for nothing and reads nothing.
+    /// The stamps of a sender that neither waits nor reads before it sends.
     pub fn now() -> Self {
         let now = monotonic_ns();
         Self { woke_ns: now, read_ns: now, sent_ns: now, sending_ns: 0 }

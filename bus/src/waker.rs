@@ -1,11 +1,8 @@
-//! How a process waits for a tick, and the world for its answers: at the gate, or on iceoryx2's own events.
+//! How processes wake each other for ticks and answers: at the gate, or by iceoryx2's events.
 //!
-//! Never carries data, and never decides who has answered: with events too, the gate tells which tick is open.
+//! Never carries data, and never decides which tick is open or who has answered: with events too, the gate knows.
 
-use crate::{
-    BusError, Due, Gate, Member, Patience, StopFlag, Wait,
-    channel::{SPARE, patiently},
-};
+use crate::{BusError, Due, Gate, Member, StopFlag, Wait, WaitStrategy, retry::retry};
 use iceoryx2::{
     node::Node,
     port::{
@@ -15,158 +12,177 @@ use iceoryx2::{
     prelude::{ServiceName, ipc},
     service::{builder::event::EventOpenError, port_factory::event::PortFactory},
 };
-use ringwing_flight::Tick;
+use ringwing_flight::{Pace, Tick};
 use ringwing_scenario::Wake;
 use std::time::{Duration, Instant};
 
-/// Rings for a tick.
+/// The event that the world notifies when it opens a tick.
 const TICKS: &str = "tick";
-/// Rings for every answer.
+/// The event that agents and leader notify with every answer.
 const ANSWERS: &str = "answers";
-/// Nobody listens longer without a look at the gate, which may be closed by one who rings no bell.
+/// The longest wait for an event before another look at the gate, which the launcher closes without an event. Longer
+/// delays the end of the run; shorter wakes idle processes for nothing.
 const LONGEST_WAIT: Duration = Duration::from_millis(50);
 
-/// Waits, and wakes the others.
+/// Waits for other processes, and wakes them, in the way that the scenario's `ipc.wake` asks for.
 #[derive(Debug)]
 pub enum Waker {
-    /// At the gate, with so much patience; it wakes by itself.
-    Gate(Patience),
-    /// On events.
-    Bells(Box<Bells>),
+    /// At the gate, with this strategy. The gate's own methods wake the others.
+    Gate(WaitStrategy),
+    /// By events.
+    Events(Box<EventPorts>),
 }
 
-/// The bell that a process rings, and the one it listens to.
+/// The event that a process notifies, and the one that it listens to.
 #[derive(Debug)]
-pub struct Bells {
-    rung: Notifier<ipc::Service>,
-    heard: Listener<ipc::Service>,
+pub struct EventPorts {
+    notifier: Notifier<ipc::Service>,
+    listener: Listener<ipc::Service>,
 }
 
 impl Waker {
-    /// Of the world: to be opened when all others wait.
-    pub fn of_world(member: &Member, wake: Wake, real_time: bool) -> Result<Self, BusError> {
-        Self::open(member, wake, real_time, [TICKS, ANSWERS])
+    /// The world's waker. To be opened when all others are ready to listen.
+    pub fn of_world(member: &Member) -> Result<Self, BusError> {
+        Self::open(member, TICKS, ANSWERS)
     }
 
-    /// Of those who answer.
-    pub fn of_answerer(member: &Member, wake: Wake, real_time: bool) -> Result<Self, BusError> {
-        Self::open(member, wake, real_time, [ANSWERS, TICKS])
+    /// The waker of a process that answers ticks.
+    pub(crate) fn of_answerer(member: &Member) -> Result<Self, BusError> {
+        Self::open(member, ANSWERS, TICKS)
     }
 
-    fn open(
-        member: &Member,
-        wake: Wake,
-        real_time: bool,
-        [rung, heard]: [&str; 2],
-    ) -> Result<Self, BusError> {
-        Ok(match wake {
-            Wake::Gate if real_time => Self::Gate(Patience::punctual()),
-            Wake::Gate => Self::Gate(Patience::eager()),
-            Wake::Spin => Self::Gate(Patience::restless()),
-            Wake::Event => Self::Bells(Box::new(Bells::open(member.node(), rung, heard)?)),
+    fn open(member: &Member, notified: &str, awaited: &str) -> Result<Self, BusError> {
+        let scenario = member.scenario();
+        Ok(match (scenario.ipc.wake, scenario.pace()) {
+            (Wake::Gate, Pace::RealTime) => Self::Gate(WaitStrategy::timed()),
+            (Wake::Gate, Pace::Lockstep) => Self::Gate(WaitStrategy::yielding()),
+            (Wake::Spin, _) => Self::Gate(WaitStrategy::spinning()),
+            (Wake::Event, _) => Self::Events(Box::new(EventPorts::open(member.node(), notified, awaited)?)),
         })
     }
 
-    // --- the world's side ---
-
-    /// Wakes everybody for the tick that was opened; the gate has done so itself.
-    pub fn call(&self) -> Result<(), BusError> {
-        if let Self::Bells(bells) = self { bells.ring() } else { Ok(()) }
+    /// Wakes whoever waits for this process: the others for the tick that the world has opened, or the world for an
+    /// answer. Without events the gate has done so already.
+    pub fn notify(&self) -> Result<(), BusError> {
+        match self {
+            Self::Gate(_) => Ok(()),
+            Self::Events(ports) => ports.notify(),
+        }
     }
 
-    /// Waits until all expected answers are in, at most for `limit`, or until somebody nudges the world.
+    /// World: waits until all expected answers have come, at most for `limit`, or until somebody nudges the world.
     pub fn wait_for_answers(&mut self, gate: &Gate, limit: Duration) -> Result<(), BusError> {
         match self {
-            Self::Gate(patience) => gate.wait_for_answers(patience, limit),
-            Self::Bells(bells) => {
+            Self::Gate(strategy) => gate.wait_for_answers(strategy, limit),
+            Self::Events(ports) => {
                 let since = Instant::now();
                 while !gate.is_answered() && since.elapsed() < limit {
-                    bells.listen(limit)?;
+                    ports.listen(limit)?;
                 }
             }
         }
         Ok(())
     }
 
-    /// Waits until the next tick is `due`, or until `is_over`; bells call nobody who stands by.
+    /// World: waits until the next tick is `due`, or until `is_over`. With events nobody stands by for the tick.
     pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool) {
         match self {
-            Self::Gate(patience) => patience.wait_until(due, is_over),
-            Self::Bells(_) => Patience::punctual().wait_until(Due { lead_ns: 0, ..due }, is_over),
+            Self::Gate(strategy) => strategy.wait_until(due, is_over),
+            Self::Events(_) => WaitStrategy::timed().wait_until(Due { lead_ns: 0, ..due }, is_over),
         }
     }
 
-    /// Forgets the rings of answers that nobody waited for.
-    pub fn forget(&self) -> Result<(), BusError> {
-        if let Self::Bells(bells) = self { bells.listen(Duration::ZERO) } else { Ok(()) }
+    /// World: discards the events of answers that it did not wait for, so that they do not end the next wait early.
+    pub fn discard_events(&self) -> Result<(), BusError> {
+        match self {
+            Self::Gate(_) => Ok(()),
+            Self::Events(ports) => ports.discard(),
+        }
     }
 
-    // --- the side of those who answer ---
-
-    /// Waits for a tick other than `seen`.
-    pub fn wait(&mut self, gate: &Gate, seen: Option<Tick>, stop: &StopFlag) -> Result<Wait, BusError> {
+    /// Answering process: waits until a tick other than `seen` is open, the flight is over, or `stop` is set.
+    pub(crate) fn wait_for_tick(
+        &mut self,
+        gate: &Gate,
+        seen: Option<Tick>,
+        stop: &StopFlag,
+    ) -> Result<Wait, BusError> {
         match self {
-            Self::Gate(patience) => Ok(gate.wait(seen, patience, stop)),
-            Self::Bells(bells) => loop {
+            Self::Gate(strategy) => Ok(gate.wait(seen, strategy, stop)),
+            Self::Events(ports) => loop {
                 if let Some(wait) = gate.news(seen, stop) {
                     return Ok(wait);
                 }
-                bells.listen(LONGEST_WAIT)?;
+                ports.listen(LONGEST_WAIT)?;
             },
         }
     }
+}
 
-    /// Wakes the world for an answer that was given at the gate, which has done so itself.
-    pub fn answered(&self) -> Result<(), BusError> {
-        self.call()
+impl EventPorts {
+    fn open(node: &Node<ipc::Service>, notified: &str, awaited: &str) -> Result<Self, BusError> {
+        let notifier = open(node, notified)?.notifier_builder().create();
+        let listener = open(node, awaited)?.listener_builder().create();
+        Ok(Self {
+            notifier: notifier.map_err(|error| event_error(notified, "no place for a notifier", error))?,
+            listener: listener.map_err(|error| event_error(awaited, "no place for a listener", error))?,
+        })
+    }
+
+    fn notify(&self) -> Result<(), BusError> {
+        let failed = |error| BusError::ipc("an event cannot be sent", error);
+        self.notifier.notify().map(drop).map_err(failed)
+    }
+
+    /// Waits for one event, at most for `limit`, or until a signal.
+    fn listen(&self, limit: Duration) -> Result<(), BusError> {
+        self.listener.timed_wait(drop, limit).map(drop).or_else(unless_interrupted)
+    }
+
+    fn discard(&self) -> Result<(), BusError> {
+        self.listener.try_wait(drop).map(drop).or_else(unless_interrupted)
     }
 }
 
-impl Bells {
-    fn open(node: &Node<ipc::Service>, rung: &str, heard: &str) -> Result<Self, BusError> {
-        let refused = |name: &str, error: &dyn std::fmt::Debug| {
-            BusError::ipc(format!("event {name}: no place for another process"), error)
+/// A signal ends a wait like an event does: the caller looks at the gate either way.
+fn unless_interrupted(error: ListenerWaitError) -> Result<(), BusError> {
+    match error {
+        ListenerWaitError::InterruptSignal => Ok(()),
+        error => Err(BusError::ipc("an event cannot be waited for", error)),
+    }
+}
+
+/// The two event services of a run. They exist as long as this value.
+#[derive(Debug)]
+#[expect(dead_code, reason = "the fields are only held: dropping a factory removes its service")]
+pub(crate) struct Events {
+    ticks: PortFactory<ipc::Service>,
+    answers: PortFactory<ipc::Service>,
+}
+
+impl Events {
+    /// Creates them with room for `places` processes at either end.
+    pub(crate) fn create(node: &Node<ipc::Service>, places: usize) -> Result<Self, BusError> {
+        let create = |text: &str| {
+            let service = node.service_builder(&name(text)?).event();
+            let service = service.max_notifiers(places).max_listeners(places).max_nodes(2 * places);
+            service.create().map_err(|error| event_error(text, "cannot be created", error))
         };
-        let rung = open(node, rung)?.notifier_builder().create().map_err(|error| refused(rung, &error))?;
-        let heard = open(node, heard)?.listener_builder().create().map_err(|error| refused(heard, &error))?;
-        Ok(Self { rung, heard })
+        Ok(Self { ticks: create(TICKS)?, answers: create(ANSWERS)? })
     }
+}
 
-    fn ring(&self) -> Result<(), BusError> {
-        let failed = |error| BusError::ipc("an event cannot be sent", error);
-        self.rung.notify().map(drop).map_err(failed)
-    }
-
-    fn listen(&self, limit: Duration) -> Result<(), BusError> {
-        let heard =
-            if limit.is_zero() { self.heard.try_wait(drop) } else { self.heard.timed_wait(drop, limit) };
-        match heard {
-            Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
-            Err(error) => Err(BusError::ipc("an event cannot be waited for", error)),
-        }
-    }
+fn open(node: &Node<ipc::Service>, text: &str) -> Result<PortFactory<ipc::Service>, BusError> {
+    let name = name(text)?;
+    let open = || node.service_builder(&name).event().open();
+    retry(open, |error| *error == EventOpenError::DoesNotExist)
+        .map_err(|error| event_error(text, "cannot be opened", error))
 }
 
 fn name(text: &str) -> Result<ServiceName, BusError> {
     text.try_into().map_err(|error| BusError::ipc(text, error))
 }
 
-/// Creates the two events of a swarm of `uavs`, held as long as what is returned.
-pub(crate) fn create(
-    node: &Node<ipc::Service>,
-    uavs: u32,
-) -> Result<[PortFactory<ipc::Service>; 2], BusError> {
-    let create = |text: &str| {
-        let places = uavs as usize + SPARE;
-        let service = node.service_builder(&name(text)?).event();
-        let service = service.max_notifiers(places).max_listeners(places).max_nodes(2 * places);
-        service.create().map_err(|error| BusError::ipc(format!("event {text}: cannot be created"), error))
-    };
-    Ok([create(TICKS)?, create(ANSWERS)?])
-}
-
-fn open(node: &Node<ipc::Service>, text: &str) -> Result<PortFactory<ipc::Service>, BusError> {
-    let name = name(text)?;
-    patiently(|| node.service_builder(&name).event().open(), |error| *error == EventOpenError::DoesNotExist)
-        .map_err(|error| BusError::ipc(format!("event {text}: cannot be opened"), error))
+fn event_error(name: &str, problem: &str, reason: impl std::fmt::Debug) -> BusError {
+    BusError::ipc(format!("event {name}: {problem}"), reason)
 }

@@ -1,4 +1,4 @@
-//! What makes a payload of `flight` something that iceoryx2 can carry.
+//! The wrapper that makes a payload of `flight`, which does not know iceoryx2, something that iceoryx2 can carry.
 
 use iceoryx2::prelude::ZeroCopySend;
 use ringwing_flight::Payload;
@@ -6,10 +6,11 @@ use ringwing_flight::Payload;
 /// A payload in shared memory: the same bytes, under the payload's own type name.
 #[derive(Debug, Clone, Copy)]
 #[repr(transparent)]
-pub(crate) struct Wire<T>(pub(crate) T);
+pub struct Wire<T>(pub T);
 
-// SAFETY: a `Payload` is `Pod`: a fixed layout, no pointers, and every bit pattern is a valid value. `Wire` is transparent.
-#[expect(unsafe_code, reason = "iceoryx2 takes the promise that a type can be shared as an unsafe trait")]
+// SAFETY: a `Payload` is `Pod`: it has a fixed layout and no pointers, and every bit pattern is a valid value. `Wire`
+// is transparent.
+#[expect(unsafe_code, reason = "in iceoryx2, the promise that a type can be shared is an unsafe trait")]
 unsafe impl<T: Payload> ZeroCopySend for Wire<T> {
     unsafe fn type_name() -> &'static str {
         T::TYPE_NAME

@@ -18,7 +18,9 @@ pub(crate) type Canvas<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 #[error("a picture cannot be drawn: {0}")]
-pub struct DrawingError(#[from] DrawingAreaErrorKind<std::io::Error>);
+pub struct DrawingError(#[from] DrawingAreaErrorKind<SvgError>);
+
+type SvgError = <SVGBackend<'static> as DrawingBackend>::ErrorType;
 
 /// Converts a length from pixels to canvas units.
 pub(crate) fn units(pixels: u32) -> i32 {

@@ -13,5 +13,5 @@ pub mod scale;
 pub mod strip;
 
 pub use canvas::DrawingError;
-/// A colour, as charts take it.
-pub use plotters::style::RGBColor;
+/// Colours, as charts take them.
+pub use plotters::style::{BLACK, RGBColor};

@@ -1,11 +1,12 @@
-//! The standard formation, Definition 1 of the paper: n UAVs evenly on a circle, L from neighbour to neighbour.
+//! The standard formation of Definition 1 of the paper: n slots evenly on a circle, neighbouring slots L apart.
 //!
-//! Never knows where the UAVs are: only where they should be.
+//! Must never know where the UAVs are, only where they should be. Which slots are flown after a loss is decided in
+//! [`crate::ring`].
 
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::{PI, TAU};
 
-/// A ring of `count` slots.
+/// The ring of slots that the whole swarm flies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Formation {
     count: u32,
@@ -14,10 +15,11 @@ pub struct Formation {
 }
 
 impl Formation {
-    /// A ring of `count` slots, `spacing_m` (L) apart, the first at bearing `bearing_rad` (alpha) from the centre.
+    /// A ring of `count` (n) slots, `spacing_m` (L) apart, with slot 1 at bearing `bearing_rad` (alpha) from the
+    /// centre.
     ///
     /// # Panics
-    /// If `count` is 0 or `spacing_m` is not positive: a validated scenario has neither.
+    /// If `count` is 0 or `spacing_m` is not positive. Validation refuses such scenarios.
     pub fn new(count: u32, spacing_m: f64, bearing_rad: f64) -> Self {
         assert!(count >= 1 && spacing_m > 0.0, "no ring of {count} slots {spacing_m} m apart");
         Self { count, spacing_m, bearing_rad }
@@ -33,12 +35,12 @@ impl Formation {
         self.spacing_m
     }
 
-    /// R = L / (2 sin(pi / n)), the distance of each slot from the centre in metres (Section 2).
+    /// R = L / (2 sin(pi / n)), the distance of each slot from the centre in metres (Section 2 of the paper).
     pub fn radius_m(&self) -> f64 {
         self.radius_of_m(self.count)
     }
 
-    /// The radius of a ring of `count` slots with the same spacing; a single one is in the centre.
+    /// The radius of a ring of `count` slots with the same spacing. A single slot is in the centre.
     pub(crate) fn radius_of_m(&self, count: u32) -> f64 {
         if count == 1 {
             return 0.0;
@@ -46,15 +48,15 @@ impl Formation {
         self.spacing_m / (2.0 * libm::sin(PI / f64::from(count)))
     }
 
-    /// The bearing of slot `number` (from 1) seen from the centre: clockwise from the first (Section 2).
+    /// The bearing of slot `number`, counted from 1, seen from the centre. Slots are numbered clockwise (Section 2).
     pub(crate) fn bearing_rad(&self, number: u32) -> f64 {
         self.bearing_rad - f64::from(number - 1) * TAU / f64::from(self.count)
     }
 
-    /// `p_id`, the place of slot `number` (from 1) round `centre`: clockwise from the first (Section 2).
+    /// `p_id` of Section 2: the place of slot `number`, counted from 1, if the formation's centre is at `centre`.
     ///
     /// # Panics
-    /// If there is no such slot.
+    /// If `number` is not in 1 to n.
     pub fn slot(&self, number: u32, centre: Point2<f64>) -> Point2<f64> {
         assert!((1..=self.count).contains(&number), "no slot {number} in a ring of {}", self.count);
         let bearing = self.bearing_rad(number);
@@ -84,8 +86,8 @@ mod tests {
     }
 
     #[test]
-    fn six_uavs_fly_where_the_papers_figures_show_them() {
-        // law.md: with alpha = pi, UAV 2 and 3 fly at y = +34.6 and UAV 1 and 4 at y = 0; UAV 1 at the rear.
+    fn the_slots_of_six_uavs_are_where_the_papers_figures_show_them() {
+        // The figures of Section 4: with alpha = pi, UAV 1 flies at the rear, UAV 4 in front, UAVs 2 and 3 on the left.
         let formation = Formation::new(6, 40.0, PI);
         let slot = |number| formation.slot(number, Point2::origin());
         assert!((slot(1) - Point2::new(-40.0, 0.0)).norm() < 1e-9);

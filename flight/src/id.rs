@@ -1,31 +1,31 @@
-//! Names of things: UAVs, processes, ticks.
+//! The identities of UAVs, processes and moments.
 
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The number of a UAV, from 1 to n, as in the paper; its ring neighbours are the numbers before and after it.
+/// The number of a UAV, from 1 to n as in the paper. In a whole ring its neighbours have the numbers before and after.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, Serialize, Deserialize)]
 #[repr(transparent)]
 pub struct UavId(pub u32);
 
 impl UavId {
-    /// The UAVs of a swarm of `count`, in order.
+    /// All UAVs of a swarm of `count`, in order.
     pub fn all(count: u32) -> impl ExactSizeIterator<Item = Self> + Clone {
         (0..count).map(|index| Self(index + 1))
     }
 
-    /// Position in arrays that hold one entry for each UAV, from 0.
+    /// The UAV's place, from 0, in arrays that hold one entry for each UAV.
     pub fn index(self) -> usize {
         self.0 as usize - 1
     }
 
-    /// The UAV before this one in a ring of `count`: UAV n before UAV 1.
+    /// The UAV before this one in a ring of `count`. Before UAV 1 comes UAV n.
     pub fn previous(self, count: u32) -> Self {
         if self.0 == 1 { Self(count) } else { Self(self.0 - 1) }
     }
 
-    /// The UAV after this one in a ring of `count`: UAV 1 after UAV n.
+    /// The UAV after this one in a ring of `count`. After UAV n comes UAV 1.
     pub fn next(self, count: u32) -> Self {
         if self.0 == count { Self(1) } else { Self(self.0 + 1) }
     }
@@ -37,7 +37,7 @@ impl fmt::Display for UavId {
     }
 }
 
-/// One process of a run, apart from the launcher.
+/// One process of a run other than the launcher.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Part {
@@ -57,7 +57,7 @@ impl Part {
         [Self::World, Self::Leader, Self::Recorder].into_iter().chain(UavId::all(count).map(Self::Agent))
     }
 
-    /// Position in arrays that hold one entry for each part.
+    /// The part's place, from 0, in arrays that hold one entry for each part.
     pub fn index(self) -> usize {
         match self {
             Self::World => 0,
@@ -67,7 +67,7 @@ impl Part {
         }
     }
 
-    /// Name of its iceoryx2 node: `world`, `leader`, `recorder`, `agent-3`.
+    /// The name under which the process joins the run, and which `top` shows: `world`, `agent-3`.
     pub fn node_name(self) -> String {
         match self {
             Self::World => "world".into(),
@@ -89,8 +89,8 @@ impl fmt::Display for Part {
 
 /// A moment of simulated time: tick k is at k times the period.
 ///
-/// The flight begins at tick 0. [`Tick::APPROACH`], one tick before, lets everybody hear of everybody, so that the law
-/// has its neighbours' states from the first moment on.
+/// The flight begins at tick 0. One tick earlier, at [`Tick::APPROACH`], every process publishes its first state, so
+/// that the law has the states of the neighbours from tick 0 on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, Serialize, Deserialize)]
 #[repr(transparent)]
 pub struct Tick(pub i64);
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ring_closes_at_both_ends() {
+    fn the_first_and_the_last_uav_are_ring_neighbours() {
         assert_eq!(UavId(1).previous(6), UavId(6));
         assert_eq!(UavId(6).next(6), UavId(1));
         for uav in UavId::all(6) {
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn every_part_has_its_own_place() {
+    fn every_part_has_a_place_of_its_own() {
         let mut places: Vec<_> = Part::all(200).map(Part::index).collect();
         places.dedup();
         assert_eq!(places, (0..203).collect::<Vec<_>>());

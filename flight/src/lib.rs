@@ -1,10 +1,13 @@
-//! What flight is, for every process of a run: who flies, when, what they tell each other, and how they move.
+//! The vocabulary of a flight: what every process and every tool of ringwing agrees on.
 //!
-//! [`id`] names UAVs, processes and ticks; [`payload`] holds the messages and [`event`] what happens once; [`report`] is
-//! what the world leaves at the end. [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`ring`]
-//! that of the UAVs still alive, and [`draw`] makes every seeded draw.
+//! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for.
+//! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
+//!   account of a finished flight.
+//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, and [`ring`] that of the UAVs still
+//!   alive.
+//! - [`draw`] makes all seeded draws.
 //!
-//! Never knows processes, services, clocks, files or the scenario: whatever is here gives the same bits for the same
+//! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
 //! inputs.
 
 pub mod draw;
@@ -12,6 +15,7 @@ pub mod event;
 pub mod formation;
 pub mod id;
 pub mod motion;
+pub mod pace;
 pub mod payload;
 pub mod report;
 pub mod ring;
@@ -20,6 +24,7 @@ pub use event::{AfterLoss, Collider, Event, GapCause, Level, ProcessAction, Proc
 pub use formation::Formation;
 pub use id::{Part, Tick, UavId};
 pub use motion::{Pose, direction, wrap};
+pub use pace::Pace;
 pub use payload::{
     Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, LeaderState, LinkCounts,
     LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming, UavState,

@@ -1,6 +1,6 @@
-//! How a fixed-wing UAV moves on a plane, Eq. (1), solved exactly.
+//! The motion of a fixed-wing UAV in the plane: the exact solution of Eq. (1).
 //!
-//! World, leader and agents all use this one solution: what an agent predicts is, to the bit, what the world flies.
+//! World, leader and agents must all use this solution: then an agent predicts, to the bit, what the world flies.
 
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::{PI, TAU};
@@ -10,15 +10,16 @@ use std::f64::consts::{PI, TAU};
 pub struct Pose {
     /// Position in the local frame (x east, y north), metres.
     pub position: Point2<f64>,
-    /// From the x axis, counterclockwise, in (-pi, pi].
+    /// Heading from the x axis, counterclockwise, in (-pi, pi].
     pub heading_rad: f64,
 }
 
 impl Pose {
-    /// The pose after `duration_s` at constant speed and turn rate: Eq. (1) in closed form, an arc.
+    /// The pose after `duration_s` at constant speed and turn rate, by Eq. (1) in closed form. A negative duration
+    /// leads back.
     ///
-    /// The chord of the arc is `speed * duration * sinc(turn / 2)` long and lies half the turn ahead of the heading, so
-    /// that straight flight is its limit and no case of its own. A negative duration leads back.
+    /// The path is an arc. Its chord is `speed * duration * sinc(turn / 2)` long, and points half the turn away from
+    /// the heading at the start. Straight flight is the limit of this for no turn, and needs no case of its own.
     #[must_use]
     pub fn after(&self, speed_m_s: f64, turn_rate_rad_s: f64, duration_s: f64) -> Self {
         let half_turn = turn_rate_rad_s * duration_s / 2.0;
@@ -30,12 +31,12 @@ impl Pose {
     }
 }
 
-/// The unit vector at angle `heading_rad`: h of the paper.
+/// The unit vector in the direction `heading_rad`: h of the paper.
 pub fn direction(heading_rad: f64) -> Vector2<f64> {
     Vector2::new(libm::cos(heading_rad), libm::sin(heading_rad))
 }
 
-/// The same angle in (-pi, pi].
+/// `angle_rad` brought into (-pi, pi] by whole turns.
 pub fn wrap(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {
         return angle_rad;
@@ -44,9 +45,13 @@ pub fn wrap(angle_rad: f64) -> f64 {
     if turned <= -PI { turned + TAU } else { turned }
 }
 
-/// sin(x) / x; below 1e-4 its series, which is exact to the last bit there.
+/// Below this, the first two terms of the series of sin(x) / x are exact to the last bit. A larger limit would lose
+/// bits; zero would divide by zero.
+const SERIES_BELOW: f64 = 1e-4;
+
+/// sin(x) / x, continued to 1 at x = 0.
 fn sinc(x: f64) -> f64 {
-    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { libm::sin(x) / x }
+    if x.abs() < SERIES_BELOW { 1.0 - x * x / 6.0 } else { libm::sin(x) / x }
 }
 
 #[cfg(test)]
@@ -54,7 +59,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Eq. (1) in many small Euler steps.
+    /// Eq. (1) integrated numerically, in many small steps.
     fn integrated(mut pose: Pose, speed: f64, turn_rate: f64, duration: f64) -> Pose {
         const STEPS: u32 = 20_000;
         let step = duration / f64::from(STEPS);
@@ -79,7 +84,7 @@ mod tests {
         }
 
         #[test]
-        fn a_flight_back_ends_where_it_began(
+        fn a_negative_duration_leads_back_to_the_start(
             heading in -3.0..3.0, speed in 12.0..25.0, turn_rate in -0.5..0.5,
         ) {
             let start = Pose { position: Point2::origin(), heading_rad: heading };

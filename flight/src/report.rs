@@ -1,32 +1,32 @@
-//! What the world leaves behind when the flight ends, for the verdict and the log.
+//! The world's account of a finished flight, for the verdict and the log.
 
 use crate::{Collider, UavId};
 use serde::{Deserialize, Serialize};
 
-/// The flight as the world saw it.
+/// What the world reports when the flight is over.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WorldReport {
     /// The last tick flown.
     pub last_tick: i64,
-    /// Whether that was the scenario's last tick.
+    /// Whether that was the scenario's last tick, or the end of what was to be measured.
     pub complete: bool,
-    /// Hash of every payload that the flight depends on, XXH3 with 128 bits, in hexadecimal.
+    /// XXH3 hash, 128 bits in hexadecimal, of all payloads that the flight depends on. Equal hashes mean equal flights.
     pub payload_hash: String,
-    /// What ran into what, in order of time.
+    /// All collisions, in order of time.
     pub collisions: Vec<Collision>,
-    /// Airframes that were in their failsafe at some time.
+    /// How many times an airframe went into its failsafe.
     pub failsafes: u32,
-    /// Commands that were refused: not finite, from another UAV, or out of their time.
+    /// Commands that the world refused: not finite, from another UAV, or for another tick.
     pub refused_commands: u64,
-    /// Airframe ticks flown on an older command.
+    /// How many times an airframe flew a tick on an older command, summed over all airframes.
     pub reused_commands: u64,
-    /// Deadlines missed by a period or more; 0 in lockstep.
+    /// Deadlines that were missed by a period or more; 0 in lockstep.
     pub missed_deadlines: u64,
-    /// Times that waiting for answers took longer than the scenario allows.
+    /// Ticks for which some process did not answer within the scenario's limit; 0 in real time.
     pub unanswered_ticks: u64,
-    /// The latest a tick was opened after its deadline; 0 in lockstep.
+    /// The longest time from a tick's deadline until it was opened, in microseconds; 0 in lockstep.
     pub late_max_us: f64,
-    /// From the opening of a tick to its last answer; `None` if none came.
+    /// Time from the opening of a tick to its last answer; `None` if no process ever answered.
     pub latency: Option<Latency>,
 }
 
@@ -37,18 +37,18 @@ pub struct Latency {
     pub p50_us: f64,
     /// 99th percentile.
     pub p99_us: f64,
-    /// The largest.
+    /// Maximum.
     pub max_us: f64,
 }
 
-/// Something ran into something.
+/// A UAV collided with something.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Collision {
-    /// When, in simulated time.
+    /// Simulated time.
     pub time_s: f64,
-    /// The UAV; the one with the lower number if two met.
+    /// The UAV; if two UAVs collided, the one with the lower number.
     pub uav: UavId,
-    /// What it ran into.
+    /// What it collided with.
     pub with: Collider,
     /// Where the UAV was, in the local frame.
     pub position_m: [f64; 2],

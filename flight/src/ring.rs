@@ -1,68 +1,70 @@
-//! The ring of the UAVs still alive: a function of who is alive and of nothing else, so that all who agree on that fly the same ring.
+//! The ring that the UAVs still alive fly after a loss.
 //!
-//! Never knows how or when a UAV was lost.
+//! It is a pure function of who is alive, so all UAVs that agree on that fly the same ring. It must never depend on how
+//! or when a UAV was lost.
 
 use crate::{Formation, direction};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Fewer than this make no ring: who is left keeps its own slot.
+/// The smallest ring. Fewer UAVs keep their original slots: two would make a line through the centre, and one a point.
 const RING_MIN: usize = 3;
 
-/// Which slots the living take after a loss.
+/// Which slots the living UAVs take after a loss.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OnLoss {
-    /// Evenly on a circle, L apart: the radius follows.
+    /// Evenly on a circle, neighbours L apart; the circle shrinks.
     KeepSpacing,
-    /// Evenly on the circle of radius R: the spacing follows.
+    /// Evenly on the circle of radius R; the spacing grows.
     KeepRadius,
-    /// Their own: a gap stays.
+    /// Their original ones; the gap stays.
     KeepSlots,
 }
 
-/// A place on a circle round the formation's centre.
+/// A place on a circle around the formation's centre.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Slot {
-    /// Seen from the centre, and not wrapped: from slot to slot round the ring it falls by no more than one turn.
+    /// Seen from the centre, in rad. Not wrapped: around the ring it falls from slot to slot, by one turn at most in
+    /// all.
     pub bearing_rad: f64,
-    /// From the centre.
+    /// Distance from the centre.
     pub radius_m: f64,
 }
 
 impl Slot {
-    /// The way to it from the centre.
+    /// The displacement from the centre to the slot.
     pub fn offset(&self) -> Vector2<f64> {
         direction(self.bearing_rad) * self.radius_m
     }
 }
 
-/// The slots of the living.
+/// The slots of the living UAVs.
 ///
-/// They are taken in ring order, and the ring is turned so that the living move least: so that the sum of the squares of
-/// their turns against their original bearings is the smallest.
+/// The living take the slots in ring order. The ring is turned such that they move least: such that the sum of the
+/// squared differences between new and original bearings is as small as possible.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LivingRing {
     formation: Formation,
-    /// Which slots the living take; `None` under a law that ignores losses and always flies the whole ring.
+    /// `None` under a law that ignores losses and always flies the whole ring.
     on_loss: Option<OnLoss>,
     living: Vec<u32>,
     radius_m: f64,
-    /// Bearing of the first of the living.
+    /// Bearing of the slot of the living UAV with the lowest number.
     first_rad: f64,
 }
 
 impl LivingRing {
-    /// The ring while all are alive; without `on_loss` it stays whole whoever is lost.
+    /// The ring while all UAVs are alive. Without `on_loss` it stays so whoever is lost.
     pub fn whole(formation: Formation, on_loss: Option<OnLoss>) -> Self {
         let living = (1..=formation.count()).collect();
         Self { formation, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
     }
 
-    /// Makes it the ring of those whose numbers `lives` holds for; returns whether that is another one.
+    /// Changes to the ring of the UAVs for which `lives` is true; returns whether that is another ring than before.
     ///
-    /// Where the scenario's ring does not close it stays whole.
+    /// Without `on_loss` nothing changes.
     pub fn reform(&mut self, lives: impl Fn(u32) -> bool) -> bool {
         let living = || (1..=self.formation.count()).filter(|number| lives(*number));
         let changes = self.on_loss.is_some() && !living().eq(self.living.iter().copied());
@@ -84,22 +86,22 @@ impl LivingRing {
         }
     }
 
-    /// How many live.
+    /// How many UAVs are alive.
     pub fn count(&self) -> usize {
         self.living.len()
     }
 
-    /// Whether nobody is missing.
+    /// Whether all UAVs are alive.
     pub fn is_whole(&self) -> bool {
         self.living.len() == self.formation.count() as usize
     }
 
-    /// Whether UAV `number` lives.
+    /// Whether UAV `number` is alive.
     pub fn has(&self, number: u32) -> bool {
         self.living.binary_search(&number).is_ok()
     }
 
-    /// The slot of UAV `number`; of one that does not live, its original one.
+    /// The slot of UAV `number`. A UAV that is not alive has its original slot.
     pub fn slot(&self, number: u32) -> Slot {
         match self.living.binary_search(&number) {
             Ok(place) if self.is_evenly_spread() => {
@@ -109,7 +111,8 @@ impl LivingRing {
         }
     }
 
-    /// The living before and after UAV `number` in the ring; none where it would be UAV `number` itself.
+    /// The living UAVs before and after UAV `number` in the ring, whether that one is alive or not; `None` if no other
+    /// is left.
     pub fn neighbours(&self, number: u32) -> [Option<u32>; 2] {
         let place = self.living.partition_point(|living| *living < number);
         let after = place + usize::from(self.has(number));
@@ -118,15 +121,17 @@ impl LivingRing {
         [at(place + count.saturating_sub(1)), at(after)].map(|one| one.filter(|one| *one != number))
     }
 
-    /// How far the slots of UAV `number` and of its living `neighbour` are apart: L, unless the living keep their slots.
+    /// The distance between the slots of UAV `number` and its `neighbour`, in metres: L in a whole ring, and in one
+    /// that has closed with the same spacing.
     pub fn rest_m(&self, number: u32, neighbour: u32) -> f64 {
+        // In a whole ring L is exact, where the distance between two computed slots would be off by some bits.
         if self.is_whole() {
             return self.formation.spacing_m();
         }
         (self.slot(neighbour).offset() - self.slot(number).offset()).norm()
     }
 
-    /// Whether the living form a ring of their own.
+    /// Whether the living have other slots than in the whole ring.
     fn is_evenly_spread(&self) -> bool {
         !self.is_whole() && self.living.len() >= RING_MIN && self.on_loss != Some(OnLoss::KeepSlots)
     }
@@ -135,12 +140,15 @@ impl LivingRing {
         Slot { bearing_rad: self.formation.bearing_rad(number), radius_m: self.formation.radius_m() }
     }
 
-    /// How far round the ring the living in `place` flies from the first.
+    /// The angle from the first living UAV, clockwise around the ring, to the one in `place` among the living.
     fn step_rad(&self, place: usize) -> f64 {
         place as f64 * TAU / self.living.len() as f64
     }
 
-    /// The mean of what the bearing of the first would be if one after the other kept its own bearing.
+    /// The first UAV's bearing in the ring that is turned least.
+    ///
+    /// If one UAV kept its original bearing, the first one's would follow. The sum of squares is smallest at the mean
+    /// of these over all the living.
     fn least_turned_rad(&self) -> f64 {
         let first =
             |(place, number): (usize, &u32)| self.formation.bearing_rad(*number) + self.step_rad(place);
@@ -185,13 +193,13 @@ mod tests {
         let five = ring(6, OnLoss::KeepSpacing, &[3]);
         assert!((five.slot(1).radius_m - 40.0 / (2.0 * (TAU / 10.0).sin())).abs() < 1e-9);
         let turn = |number| five.slot(number).bearing_rad - five.original(number).bearing_rad;
-        // Slots 2 and 4 were 120 degrees apart, and are now 72: they close the gap from both sides alike.
+        // Slots 2 and 4 were 120 degrees apart and are now 72: each closes half of the difference.
         assert!((turn(4) - 24_f64.to_radians()).abs() < 1e-9 && (turn(2) + 24_f64.to_radians()).abs() < 1e-9);
-        assert!(turn(6).abs() < 1e-9, "the one opposite stays");
+        assert!(turn(6).abs() < 1e-9, "the slot opposite the gap stays");
     }
 
     #[test]
-    fn what_is_kept_is_kept() {
+    fn the_radius_or_the_slots_are_kept_if_the_scenario_says_so() {
         let radius = ring(6, OnLoss::KeepRadius, &[2, 5]);
         assert!(radius.living.iter().all(|number| (radius.slot(*number).radius_m - 40.0).abs() < 1e-9));
         let slots = ring(6, OnLoss::KeepSlots, &[2, 5]);
@@ -207,11 +215,11 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_living_are_the_neighbours() {
+    fn the_nearest_living_uavs_on_either_side_are_the_neighbours() {
         let left = ring(6, OnLoss::KeepSpacing, &[2, 3]);
         assert_eq!(left.neighbours(1), [Some(6), Some(4)]);
         assert_eq!(left.neighbours(4), [Some(1), Some(5)]);
-        assert_eq!(left.neighbours(2), [Some(1), Some(4)], "a lost one would come in here");
+        assert_eq!(left.neighbours(2), [Some(1), Some(4)], "a lost one would return between these");
         assert_eq!(ring(6, OnLoss::KeepSpacing, &[2, 3, 4, 5]).neighbours(1), [Some(6), Some(6)]);
         assert_eq!(ring(3, OnLoss::KeepSpacing, &[2, 3]).neighbours(1), [None, None]);
         assert_eq!(ring(3, OnLoss::KeepSpacing, &[1, 2, 3]).neighbours(1), [None, None]);
@@ -237,7 +245,7 @@ mod tests {
         }
 
         #[test]
-        fn where_the_count_begins_makes_no_difference(
+        fn renumbering_the_uavs_around_the_ring_turns_it_and_changes_nothing_else(
             uavs in 3_u32..20, lives in prop::collection::vec(any::<bool>(), 20), by in 0_u32..20,
         ) {
             let lost: Vec<u32> = (1..=uavs).filter(|number| !lives[*number as usize]).collect();

@@ -1,11 +1,11 @@
 //! The virtual leader: the centre of the formation, which every agent follows.
 //!
-//! [`path`] says where it is at each tick, [`process`] is the operating-system process that publishes it.
+//! [`path`] says where the leader is at each tick; [`process`] publishes that, tick by tick.
 //!
-//! Never knows who follows.
+//! Must never know who follows.
 
 pub mod path;
 pub mod process;
 
 pub use path::Path;
-pub use process::{Args, LeaderError, run};
+pub use process::{Args, run};

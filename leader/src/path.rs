@@ -1,6 +1,6 @@
 //! The leader's path: straight on at constant speed (Assumption 1).
 //!
-//! A function of the tick alone, so that a leader that was replaced goes on where the first would be.
+//! The path must depend on the tick alone: then a leader that replaces a lost one goes on where that one would be.
 
 use nalgebra::Point2;
 use ringwing_flight::{LeaderState, Pose, Tick, wrap};
@@ -25,7 +25,7 @@ impl Path {
         Self { start, speed_m_s: leader.speed_m_s, rate_hz: scenario.time.rate_hz }
     }
 
-    /// Its state at `tick`.
+    /// The leader's state at `tick`.
     pub fn at(&self, tick: Tick) -> LeaderState {
         let pose = self.start.after(self.speed_m_s, 0.0, tick.seconds(self.rate_hz));
         LeaderState {
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn it_flies_where_it_heads() {
+    fn the_leader_flies_in_the_direction_of_its_heading() {
         let mut scenario = Scenario::default();
         scenario.leader.start_m = [10.0, 20.0];
         scenario.leader.heading_deg = 90.0;

@@ -1,52 +1,57 @@
 //! The process that flies the virtual leader.
 
 use crate::Path;
-use ringwing_bus::{BusError, DomainId, Member, Stamps, Wait, Waker, channel, monotonic_ns};
-use ringwing_flight::{Part, Tick};
-use ringwing_scenario::{Scenario, ScenarioError};
+use ringwing_bus::{Answerer, BusError, Member, MemberArgs, Publisher, Stamps, monotonic_ns, services};
+use ringwing_flight::{LeaderState, Part, Tick};
 
 /// Which run to lead.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The run's domain, as `ringwing run` prints it.
-    #[arg(long)]
-    pub domain: DomainId,
-    /// Process id of the launcher to end with.
-    #[arg(long, hide = true)]
-    pub launcher: Option<u32>,
-}
-
-/// Why the leader cannot fly.
-#[derive(Debug, thiserror::Error)]
-pub enum LeaderError {
-    /// The rest of the run cannot be reached.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    /// The run's scenario is not readable.
-    #[error(transparent)]
-    Scenario(#[from] ScenarioError),
+    /// The run.
+    #[command(flatten)]
+    pub member: MemberArgs,
 }
 
 /// Flies the leader until the flight ends.
-pub fn run(args: &Args) -> Result<(), LeaderError> {
-    let member = Member::join(&args.domain, Part::Leader, args.launcher)?;
-    let scenario = Scenario::resolved(&member.domain().scenario()?)?;
-    let path = Path::new(&scenario);
-    let publisher = channel::leader(scenario.formation.uavs).publisher(member.node())?;
-    let mut waker = Waker::of_answerer(&member, scenario.ipc.wake, scenario.time.real_time)?;
-    let gate = member.attend()?;
-    let mut seen = gate.missed();
-    while let Wait::Tick(tick) = waker.wait(&gate, seen, member.stop())? {
+pub fn run(args: &Args) -> Result<(), BusError> {
+    let member = Member::join(&args.member, Part::Leader)?;
+    let leader = Leader::open(&member)?;
+    let mut answerer = Answerer::join(&member)?;
+    while let Some(tick) = answerer.next_tick()? {
         let woke_ns = monotonic_ns();
-        let stamps = || Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns(), sending_ns: 0 };
-        if seen.is_none() && tick > Tick::APPROACH {
-            // A predecessor may have been killed between two of its readers.
-            publisher.send(path.at(Tick(tick.0 - 1)), stamps())?;
+        if answerer.is_new() {
+            leader.repeat_before(tick, woke_ns)?;
         }
-        publisher.send(path.at(tick), stamps())?;
-        gate.answer_as_leader(tick);
-        waker.answered()?;
-        seen = Some(tick);
+        leader.publish(tick, woke_ns)?;
+        answerer.answer_as_leader(tick)?;
     }
     Ok(())
+}
+
+struct Leader {
+    path: Path,
+    publisher: Publisher<LeaderState>,
+}
+
+impl Leader {
+    fn open(member: &Member) -> Result<Self, BusError> {
+        let scenario = member.scenario();
+        let publisher = services::leader(scenario.formation.uavs).publisher(member.node())?;
+        Ok(Self { path: Path::new(scenario), publisher })
+    }
+
+    /// Repeats the state of the tick before `tick`: a predecessor may have been killed after it had sent that state to
+    /// some of the agents only.
+    fn repeat_before(&self, tick: Tick, woke_ns: u64) -> Result<(), BusError> {
+        if tick == Tick::APPROACH {
+            return Ok(());
+        }
+        self.publish(Tick(tick.0 - 1), woke_ns)
+    }
+
+    fn publish(&self, tick: Tick, woke_ns: u64) -> Result<(), BusError> {
+        // The leader reads nothing between waking and sending.
+        let stamps = Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns(), sending_ns: 0 };
+        self.publisher.send(self.path.at(tick), stamps)
+    }
 }

@@ -25,11 +25,6 @@ impl Clock {
         self.rate_hz
     }
 
-    /// Simulated time in seconds.
-    pub(crate) fn seconds(self, tick: i64) -> f64 {
-        tick as f64 / f64::from(self.rate_hz)
-    }
-
     /// The log time of `tick`, in nanoseconds since 1970; nothing is earlier than tick 0.
     pub(crate) fn log_time_ns(self, tick: i64) -> u64 {
         EPOCH_S * NANOSECONDS + self.elapsed_ns(tick)

@@ -13,9 +13,6 @@ pub enum RecorderError {
     /// The run is not there, or a process of it is out of reach.
     #[error(transparent)]
     Bus(#[from] BusError),
-    /// The scenario in the domain is not one.
-    #[error("the scenario of this run is not readable")]
-    Scenario(#[from] toml::de::Error),
     /// The file system refused.
     #[error("log {}: cannot be {action}: {reason}; {}", path.display(), remedy(reason))]
     Log {

@@ -1,44 +1,28 @@
 //! The recorder: writes a run to one MCAP file and measures the flight.
 //!
-//! `process` listens to everybody; `frame` puts what it hears together, tick by tick; `schema` says how a tick
-//! looks in the log, `log` writes it, always openable, on the file of `sink`; `takeover` rescues the log of a
-//! recorder that died, with `salvage` to read it and `replay` to learn from it; `reader` reads any log for the tools
-//! and `recover` rebuilds one that is damaged; `gap` counts what was lost; `view` makes what viewers are shown, of
-//! `scene`s, the `swarm`, `faults` and the earth of `geo`, in colours of the `palette`, and `layout` the panels
-//! to see it in; `metrics` measures the flight and `verdict` judges it; `recording` holds these together.
+//! | room | what it does | pure |
+//! | --- | --- | --- |
+//! | [`metrics`] | measures and judges the flight, on plain frames | yes |
+//! | [`schema`] | the topics and messages of the log | yes |
+//! | [`show`] | what viewers see: scenes, map, faults, panels | yes |
+//! | [`log`] | the file: writes, takes over, reads, recovers it | no |
+//! | `process` | the process: subscribes, puts ticks together, records | no |
 //!
-//! Never changes the flight: it sends nothing that an airframe, an agent or the leader hears.
+//! Each room uses only those above it. Must never change the flight: the recorder sends nothing that an airframe, an
+//! agent or the leader receives.
 
 mod clock;
 mod error;
-pub mod faults;
-pub mod frame;
-mod gap;
-mod geo;
-mod layout;
-pub mod links;
-mod log;
+pub mod flat;
+pub mod log;
 pub mod metrics;
-pub mod palette;
 mod process;
-pub mod reader;
-mod recording;
-pub mod recover;
-mod replay;
-mod salvage;
-mod scene;
 pub mod schema;
-mod sink;
-pub mod swarm;
-mod takeover;
+pub mod show;
 #[cfg(test)]
 mod testing;
-pub mod verdict;
-mod view;
 
 pub use error::RecorderError;
-pub use gap::Gap;
-pub use metrics::{FlightSummary, Metrics};
-pub use process::{Args, run};
-pub use recording::RecorderReport;
-pub use verdict::judge;
+pub use log::gap::Gap;
+pub use metrics::{FlightSummary, Metrics, judge};
+pub use process::{Args, recording::RecorderReport, run};

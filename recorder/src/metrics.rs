@@ -5,33 +5,34 @@
 
 mod agreement;
 mod coherence;
+mod frame;
+mod links;
 mod lyapunov;
 mod obstacles;
 mod pairs;
 mod recovery;
+mod ring;
 mod settling;
 mod summary;
+mod verdict;
 
 pub use coherence::Coherence;
+pub use frame::{AirframeSample, ControlTerms, Frame, Samples, TrueState, UavFrame};
+pub use links::LinkTotals;
 pub use pairs::{Pair, Pairs};
-pub use recovery::Recovery;
+pub use recovery::FaultRecovery;
+pub use ring::FlownRing;
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
+pub use verdict::judge;
 
-use crate::{
-    clock::Clock,
-    faults::is_fault,
-    frame::Frame,
-    links::LinkTally,
-    schema::{UavControl, UavState},
-};
 use agreement::AgreementWatch;
-use foxglove::messages::Log as Line;
+use links::LinkTally;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
 use recovery::RecoveryWatch;
-use ringwing_flight::{FlightMode, LivingRing};
+use ringwing_flight::{FlightMode, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
 use settling::Settling;
 
@@ -68,14 +69,13 @@ pub struct Moment {
 /// Everything measured of a flight so far.
 #[derive(Debug, Clone)]
 pub struct Metrics {
-    clock: Clock,
-    /// The ring of those who fly on command, where the ring closes; else the whole one.
-    ring: LivingRing,
+    rate_hz: u32,
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
+    /// Disturbances whose tick has not come yet.
+    disturbances: Vec<TimedEvent>,
     agreement: AgreementWatch,
-    closes: bool,
     closest: ClosestSoFar,
     obstacles: Vec<ObstacleWatch>,
     lyapunov: LyapunovWatch,
@@ -110,13 +110,12 @@ impl Metrics {
     /// Before anything has flown.
     pub fn new(scenario: &Scenario) -> Self {
         Self {
-            clock: Clock::new(scenario.time.rate_hz),
-            ring: scenario.whole_ring(),
+            rate_hz: scenario.time.rate_hz,
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::default(),
+            disturbances: Vec::new(),
             agreement: AgreementWatch::default(),
-            closes: scenario.control.ring_closes,
             closest: ClosestSoFar::default(),
             obstacles: scenario.obstacles.iter().map(ObstacleWatch::new).collect(),
             lyapunov: LyapunovWatch::new(scenario),
@@ -130,24 +129,42 @@ impl Metrics {
         }
     }
 
-    /// Takes what was told in `tick`, before that tick's frame.
-    pub fn hear(&mut self, tick: i64, line: &Line) {
-        if is_fault(line) {
-            self.recovery.hear(tick, &line.message);
+    /// Takes an event, which counts from its own tick on. One that lies ahead waits for the frame of its tick, so that
+    /// the order of events and frames makes no difference.
+    pub fn on_event(&mut self, event: &TimedEvent) {
+        if !event.event.is_disturbance() {
+            return;
         }
+        self.disturbances.push(event.clone());
+        if let Some(last) = self.last_tick() {
+            self.apply_disturbances(last);
+        }
+    }
+
+    /// Measures recovery from the disturbances up to `tick`, in order of time.
+    fn apply_disturbances(&mut self, tick: i64) {
+        self.disturbances.sort_by_key(|disturbance| disturbance.tick);
+        let due = self.disturbances.partition_point(|disturbance| disturbance.tick.0 <= tick);
+        for TimedEvent { tick, event } in self.disturbances.drain(..due) {
+            // No disturbance involves an obstacle, so its text needs no obstacle's name.
+            self.recovery.on_disturbance(tick.0, &event.text(|_| String::new()));
+        }
+    }
+
+    /// The tick of the last frame.
+    fn last_tick(&self) -> Option<i64> {
+        (self.ticks > 0).then_some(self.moment.tick)
     }
 
     /// Takes the next frame; frames come in order.
     pub fn observe(&mut self, frame: &Frame) {
         self.ticks += 1;
-        if !frame.torn {
-            self.ring.reform(|number| commanded(frame, number).is_some());
-        }
+        self.apply_disturbances(frame.tick);
         self.sky.clear();
-        self.sky.extend(in_the_sky(frame).map(|state| (state.uav, place(state))));
+        self.sky.extend(in_the_sky(frame).map(|state| (state.uav, state.position())));
         self.agreement.observe(frame);
         self.moment = self.measure(frame);
-        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, &self.ring, self.moment.commanded);
+        self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
         self.moment.lyapunov_rises = self.lyapunov.rises();
         self.settling.observe(frame.tick, self.moment.slot_error_max_m);
         self.recovery.observe(frame.tick, self.moment.slot_error_max_m);
@@ -177,14 +194,13 @@ impl Metrics {
     }
 
     fn measure(&self, frame: &Frame) -> Moment {
-        let in_formation =
-            || frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(|uav| is_commanded(uav));
-        let neighbour_error = |state: &UavState| {
-            let next = self.ring.neighbours(state.uav)[1].filter(|next| commanded(frame, *next).is_some())?;
-            Some((state.next_distance_m? - self.ring.rest_m(state.uav, next)).abs())
+        let (in_formation, ring) = (|| frame.all_commanded(), frame.ring.living());
+        let neighbour_error = |state: &TrueState| {
+            let next = ring.neighbours(state.uav)[1].filter(|next| frame.commanded(*next).is_some())?;
+            Some((state.next_distance_m? - ring.rest_m(state.uav, next)).abs())
         };
         let radius_error =
-            |state: &UavState| Some((state.leader_distance_m? - self.ring.slot(state.uav).radius_m).abs());
+            |state: &TrueState| Some((state.leader_distance_m? - ring.slot(state.uav).radius_m).abs());
         Moment {
             tick: frame.tick,
             commanded: in_formation().count() as u32,
@@ -192,9 +208,9 @@ impl Metrics {
             slot_error_rms_m: root_mean_square(in_formation().filter_map(|state| state.slot_error_m)),
             neighbour_error_max_m: largest(in_formation().filter_map(neighbour_error)),
             radius_error_max_m: largest(in_formation().filter_map(radius_error)),
-            closest: Pairs::among(&self.sky, frame.uavs.len() as u32),
+            closest: Pairs::among(&self.sky, &frame.ring),
             clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
-            coherence: Coherence::of(frame, self.closes, self.agreement.views()),
+            coherence: Coherence::of(frame, self.agreement.views()),
             views: self.agreement.views(),
             ..Moment::default()
         }
@@ -204,27 +220,27 @@ impl Metrics {
     pub fn summary(&self) -> FlightSummary {
         let share = |part: u64| (self.commands.all > 0).then(|| part as f64 / self.commands.all as f64);
         FlightSummary {
-            settling_s: self.settling.settled_at().map(|tick| self.clock.seconds(tick)),
+            settling_s: self.settling.settled_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
             slot_error_max_m: self.moment.slot_error_max_m,
             slot_error_rms_m: self.moment.slot_error_rms_m,
             neighbour_error_max_m: self.moment.neighbour_error_max_m,
             radius_error_max_m: self.moment.radius_error_max_m,
-            closest_pair: self.closest.pair(self.clock),
-            closest_adjacent: self.closest.adjacent(self.clock),
-            closest_other: self.closest.other(self.clock),
-            obstacles: self.obstacles.iter().filter_map(|obstacle| obstacle.summary(self.clock)).collect(),
+            closest_pair: self.closest.pair(self.rate_hz),
+            closest_adjacent: self.closest.adjacent(self.rate_hz),
+            closest_other: self.closest.other(self.rate_hz),
+            obstacles: self.obstacles.iter().filter_map(|obstacle| obstacle.summary(self.rate_hz)).collect(),
             speed_saturated_share: share(self.commands.speed_saturated),
             turn_rate_saturated_share: share(self.commands.turn_rate_saturated),
             speed_min_m_s: self.envelope.map(|flown| flown.speed_min_m_s),
             speed_max_m_s: self.envelope.map(|flown| flown.speed_max_m_s),
             turn_rate_max_rad_s: self.envelope.map(|flown| flown.turn_rate_max_rad_s),
             views: self.moment.views,
-            disagreed_until_s: self.agreement.disagreed_at().map(|tick| self.clock.seconds(tick)),
+            disagreed_until_s: self.agreement.disagreed_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
             faults: self.recovery.count(),
-            recoveries: self.recovery.recoveries(self.clock),
+            recoveries: self.recovery.recoveries(self.rate_hz),
             ticks: self.ticks,
             ticks_lost: self.lost,
-            last_tick: (self.ticks > 0).then_some(self.moment.tick),
+            last_tick: self.last_tick(),
             links: self.links.totals(),
             uavs: self.uavs.clone(),
         }
@@ -232,7 +248,7 @@ impl Metrics {
 }
 
 impl Commands {
-    fn observe(&mut self, control: &UavControl) {
+    fn observe(&mut self, control: &ControlTerms) {
         self.all += 1;
         self.speed_saturated += u64::from(control.speed_saturated);
         self.turn_rate_saturated += u64::from(control.turn_rate_saturated);
@@ -240,7 +256,7 @@ impl Commands {
 }
 
 impl Envelope {
-    fn of(state: &UavState) -> Self {
+    fn of(state: &TrueState) -> Self {
         Self {
             speed_min_m_s: state.speed_m_s,
             speed_max_m_s: state.speed_m_s,
@@ -248,33 +264,20 @@ impl Envelope {
         }
     }
 
-    fn widen(&mut self, state: &UavState) {
+    fn widen(&mut self, state: &TrueState) {
         self.speed_min_m_s = self.speed_min_m_s.min(state.speed_m_s);
         self.speed_max_m_s = self.speed_max_m_s.max(state.speed_m_s);
         self.turn_rate_max_rad_s = self.turn_rate_max_rad_s.max(state.turn_rate_rad_s.abs());
     }
 }
 
-/// UAV `number`, if it flies on command.
-fn commanded(frame: &Frame, number: u32) -> Option<&UavState> {
-    frame.uavs.get(number as usize - 1)?.state.as_ref().filter(|state| is_commanded(state))
-}
-
-fn is_commanded(state: &UavState) -> bool {
-    state.mode == FlightMode::COMMANDED.name()
-}
-
 /// Airframes that can come close to something; one whose numbers are none is nowhere.
-fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &UavState> {
-    let is_somewhere = |state: &&UavState| {
+fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &TrueState> {
+    let is_somewhere = |state: &&TrueState| {
         let numbers = [state.x_m, state.y_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s];
-        state.mode != FlightMode::VANISHED.name() && numbers.iter().all(|number| number.is_finite())
+        state.mode != FlightMode::VANISHED && numbers.iter().all(|number| number.is_finite())
     };
     frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(is_somewhere)
-}
-
-fn place(state: &UavState) -> Point2<f64> {
-    Point2::new(state.x_m, state.y_m)
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
@@ -302,7 +305,7 @@ mod tests {
         metrics.summary()
     }
 
-    fn state(frame: &mut Frame, number: usize) -> &mut UavState {
+    fn state(frame: &mut Frame, number: usize) -> &mut TrueState {
         frame.uavs[number - 1].state.as_mut().unwrap()
     }
 
@@ -347,7 +350,7 @@ mod tests {
         let mut frame = at_rest(&scenario, 0);
         let (x, y) = (state(&mut frame, 2).x_m, state(&mut frame, 2).y_m);
         let stray = state(&mut frame, 1);
-        (stray.mode, stray.slot_error_m) = ("loiter".into(), Some(99.0));
+        (stray.mode, stray.slot_error_m) = (FlightMode::LOITER, Some(99.0));
         (stray.x_m, stray.y_m) = (x + 0.5, y);
         let summary = measured(&scenario, &[frame]);
         assert!(summary.slot_error_max_m.unwrap() < 1e-9);
@@ -361,7 +364,7 @@ mod tests {
         let scenario = testing::ring_of(3, 10.0);
         let mut frame = at_rest(&scenario, 0);
         frame.uavs[0].state = None;
-        state(&mut frame, 2).mode = "vanished".into();
+        state(&mut frame, 2).mode = FlightMode::VANISHED;
         let summary = measured(&scenario, &[frame]);
         assert_eq!((summary.closest_pair, summary.uavs.len()), (None, 1));
     }

@@ -1,21 +1,20 @@
-//! The recorder's process: listens to everybody, fetches in batches, and tells the world how far it has come.
+//! The recorder's process: fetches samples in batches, and tells the world how far it has come.
 //!
-//! Sends one thing, how far the swarm is from its formation, to whoever shows progress.
+//! Must never send anything that flies. It sends one message, how far the swarm is from its formation, to whatever shows
+//! progress.
 
-use crate::{
-    RecorderError, RecorderReport,
-    clock::Clock,
-    frame::{Assembly, Frame, Ring},
-    log::Opening,
-    recording::Recording,
-};
+mod assembly;
+pub(crate) mod recording;
+
+use crate::{RecorderError, RecorderReport, clock::Clock, log::Opening, metrics::Frame};
+use assembly::{Assembled, Assembly};
+use recording::Recording;
 use ringwing_bus::{
-    DomainId, Gate, Member, Publisher, Stamps, Subscriber,
-    channel::{self, RECORDER_DEPTH},
-    report,
+    Gate, Member, MemberArgs, Publisher, Stamps, Subscriber, report,
+    services::{self, RECORDER_DEPTH},
 };
 use ringwing_flight::{
-    Command, Event, FormationError, LeaderState, LinkCounts, Part, Sensed, Tick, TickTiming, UavId,
+    Account, EventMessage, FormationError, LeaderState, LinkCounts, Part, Sensed, Tick, TickTiming, UavId,
     WorldReport,
 };
 use ringwing_scenario::Scenario;
@@ -24,15 +23,12 @@ use std::{path::PathBuf, time::Duration};
 /// Records the flight of a run: one MCAP file, and the flight's measures.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// The run to record, as `ringwing run` prints it.
-    #[arg(long, value_name = "ID")]
-    pub domain: DomainId,
-    /// End when this process does, which started this one.
-    #[arg(long, value_name = "PID")]
-    pub launcher: Option<u32>,
+    /// Which run to record.
+    #[command(flatten)]
+    pub member: MemberArgs,
     /// The log to write; without it, the flight is only measured.
     ///
-    /// A log of this flight that is there already is one whose recorder died: it is taken over.
+    /// If the file is a log of this flight whose recorder died, the new recorder continues it.
     #[arg(long, value_name = "PATH")]
     pub log: Option<PathBuf>,
     /// Keep wall-clock times out of the log: equal flights then make equal files, byte for byte.
@@ -40,27 +36,30 @@ pub struct Args {
     pub no_timing: bool,
 }
 
-/// How long to wait for a batch before looking anyway.
+/// How long to wait for a batch before fetching anyway. A longer wait delays the progress line and the end of the process; a
+/// shorter one wakes the process for nothing.
 const LONGEST_WAIT: Duration = Duration::from_millis(20);
-/// In real time no message waits longer for its place in the file, even if simulated time stands still.
+/// Wall-clock time after which a real-time run flushes its log even if simulated time stands still. A longer period loses
+/// more with a recorder that dies; a shorter one makes smaller chunks, which compress worse.
 const FLUSH_PERIOD: Duration = Duration::from_secs(1);
+/// Progress messages per simulated second; more than the terminal shows only cost time.
 const PROGRESS_HZ: u32 = 20;
 
 /// Records until the flight ends or the process is asked to stop.
 pub fn run(args: &Args) -> Result<(), RecorderError> {
-    let member = Member::join(&args.domain, Part::Recorder, args.launcher)?;
-    let text = member.domain().scenario()?;
-    let scenario: Scenario = toml::from_str(&text)?;
-    let opening = Opening { scenario: &scenario, text: &text, timing: !args.no_timing };
-    // Listens first: while a log is taken over, the flight may go on.
+    let member = Member::join(&args.member, Part::Recorder)?;
+    let text = member.domain().scenario_text()?;
+    let scenario = member.scenario();
+    let opening = Opening { scenario, text: &text, timing: !args.no_timing };
+    // Subscribe first: the flight may go on while a log is taken over.
     let ports = Ports::open(&member, &opening)?;
     let begun = has_begun(&member.domain().gate()?);
-    let mut desk = Desk::new(Recording::begin(args.log.as_deref(), &opening, begun)?, &scenario);
-    let gate = member.attend()?;
-    let outcome = desk.record(&member, &gate, &ports).and_then(|()| desk.finish(&member));
+    let mut inbox = Inbox::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
+    let gate = member.announce_ready()?;
+    let outcome = inbox.record(&member, &gate, &ports).and_then(|()| inbox.finish(&member));
     let problem = outcome.as_ref().err().map(ToString::to_string);
-    let report = RecorderReport { problem, ..desk.recording.report() };
-    member.domain().leave_report(report::RECORDER, &report)?;
+    let report = RecorderReport { problem, ..inbox.recording.report() };
+    member.domain().write_report(report::RECORDER, &report)?;
     outcome
 }
 
@@ -68,25 +67,24 @@ fn has_begun(gate: &Gate) -> bool {
     gate.is_closed() || gate.tick().is_some()
 }
 
-/// Where samples become the recording.
-struct Desk {
+/// Puts samples together to frames and hands these to the recording.
+struct Inbox {
     recording: Recording,
     assembly: Assembly,
-    ring: Ring,
+    /// The last frame; kept to reuse its memory, and because its ring goes on from tick to tick.
     frame: Frame,
     clock: Clock,
     real_time: bool,
-    /// Interval of the last progress sent.
+    /// The progress interval of the last message sent.
     progress: i64,
 }
 
-impl Desk {
+impl Inbox {
     fn new(recording: Recording, scenario: &Scenario) -> Self {
         Self {
             assembly: Assembly::new(scenario.formation.uavs, recording.expected()),
             recording,
-            ring: Ring::new(scenario),
-            frame: Frame::default(),
+            frame: Frame::new(scenario),
             clock: Clock::new(scenario.time.rate_hz),
             real_time: scenario.time.real_time,
             progress: -1,
@@ -97,7 +95,7 @@ impl Desk {
         let mut batch = 0;
         loop {
             batch = gate.wait_for_batch(batch, LONGEST_WAIT);
-            // Asked before fetching: whatever was sent until now is then fetched.
+            // Ask before fetching, so that everything sent until now is fetched.
             let over = gate.is_closed() || member.stop().is_set();
             let open = gate.tick();
             ports.fetch(&mut self.assembly, &mut self.recording)?;
@@ -115,17 +113,18 @@ impl Desk {
         }
     }
 
-    /// The first tick of which more may come; in real time an agent may be late by a quarter of a second.
+    /// The first tick of which more samples may come. In real time an agent may be late by a quarter of a second.
     fn complete_before(&self, open: Option<Tick>) -> i64 {
         let patience = if self.real_time { i64::from(self.clock.rate_hz() / 4) } else { 0 };
         open.map_or(i64::MIN, |tick| tick.0 - patience)
     }
 
     fn write_before(&mut self, end: i64) -> Result<(), RecorderError> {
-        while let Some(samples) = self.assembly.take_before(end) {
-            self.frame.refill(&samples, &mut self.ring);
-            self.assembly.recycle(samples);
-            self.recording.observe(&self.frame)?;
+        while let Some(assembled) = self.assembly.take_before(end) {
+            let Assembled { samples, timing } = &assembled;
+            self.frame.refill(samples, self.clock.rate_hz());
+            self.recording.observe(&self.frame, timing.as_ref())?;
+            self.assembly.recycle(assembled);
         }
         Ok(())
     }
@@ -137,7 +136,8 @@ impl Desk {
             return Ok(());
         };
         self.progress = interval;
-        let error = FormationError { tick: Tick(moment.tick), slot_error_max_m, commanded: moment.commanded };
+        let (tick, commanded) = (Tick(moment.tick), moment.commanded);
+        let error = FormationError { tick, slot_error_max_m, commanded, reserved: 0 };
         Ok(ports.formation_error.send(error, Stamps::now())?)
     }
 
@@ -147,34 +147,34 @@ impl Desk {
     }
 }
 
-/// What the recorder listens to, and the one thing it says.
+/// What the recorder subscribes to, and the one thing that it publishes.
 struct Ports {
     sensed: Vec<(UavId, Subscriber<Sensed>)>,
-    commands: Vec<(UavId, Subscriber<Command>)>,
+    accounts: Vec<(UavId, Subscriber<Account>)>,
     leader: Subscriber<LeaderState>,
     links: Subscriber<LinkCounts>,
     timing: Option<Subscriber<TickTiming>>,
-    events: [Subscriber<Event>; 2],
+    events: [Subscriber<EventMessage>; 2],
     formation_error: Publisher<FormationError>,
 }
 
 impl Ports {
     fn open(member: &Member, opening: &Opening) -> Result<Self, RecorderError> {
         let (node, count) = (member.node(), opening.scenario.formation.uavs);
-        let sensed = |uav| Ok((uav, channel::sensed(uav).subscriber(node, RECORDER_DEPTH)?));
-        let command = |uav| Ok((uav, channel::command(uav).subscriber(node, RECORDER_DEPTH)?));
-        let timing = || channel::timing().subscriber(node, RECORDER_DEPTH);
+        let sensed = |uav| Ok((uav, services::sensed(uav).subscriber(node, RECORDER_DEPTH)?));
+        let account = |uav| Ok((uav, services::account(uav).subscriber(node, RECORDER_DEPTH)?));
+        let timing = || services::timing().subscriber(node, RECORDER_DEPTH);
         Ok(Self {
             sensed: UavId::all(count).map(sensed).collect::<Result<_, RecorderError>>()?,
-            commands: UavId::all(count).map(command).collect::<Result<_, RecorderError>>()?,
-            leader: channel::leader(count).subscriber(node, RECORDER_DEPTH)?,
-            links: channel::links(count).subscriber(node, RECORDER_DEPTH)?,
+            accounts: UavId::all(count).map(account).collect::<Result<_, RecorderError>>()?,
+            leader: services::leader(count).subscriber(node, RECORDER_DEPTH)?,
+            links: services::links(count).subscriber(node, RECORDER_DEPTH)?,
             timing: opening.timing.then(timing).transpose()?,
             events: [
-                channel::world_events().subscriber(node, RECORDER_DEPTH)?,
-                channel::launcher_events().subscriber(node, RECORDER_DEPTH)?,
+                services::world_events().subscriber(node, RECORDER_DEPTH)?,
+                services::launcher_events().subscriber(node, RECORDER_DEPTH)?,
             ],
-            formation_error: channel::formation_error().publisher(node)?,
+            formation_error: services::formation_error().publisher(node)?,
         })
     }
 
@@ -182,8 +182,8 @@ impl Ports {
         for (uav, port) in &self.sensed {
             port.drain(|sensed, _| assembly.put_sensed(*uav, sensed))?;
         }
-        for (uav, port) in &self.commands {
-            port.drain(|command, _| assembly.put_command(*uav, command))?;
+        for (uav, port) in &self.accounts {
+            port.drain(|account, _| assembly.put_account(*uav, account))?;
         }
         self.leader.drain(|leader, _| assembly.put_leader(leader))?;
         self.links.drain(|counts, _| assembly.put_link(counts))?;
@@ -191,7 +191,11 @@ impl Ports {
             port.drain(|timing, _| assembly.put_timing(timing))?;
         }
         for port in &self.events {
-            port.drain(|event, _| recording.tell(event))?;
+            port.drain(|message, _| {
+                if let Some(event) = message.event() {
+                    recording.log_event(event);
+                }
+            })?;
         }
         Ok(())
     }

@@ -1,15 +1,15 @@
 //! Synthetic flights for the tests of this crate.
 
 use crate::{
-    frame::{Assembly, Frame, Ring},
     log::Opening,
-    recording::Recording,
+    metrics::{Frame, Samples},
+    process::recording::Recording,
 };
 use nalgebra::Point2;
 use ringwing_flight::{
-    AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Terms, Tick, TickTiming, UavId,
+    Account, AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Tick, UavId,
 };
-use ringwing_scenario::{FormationSection, Obstacle, Scenario};
+use ringwing_scenario::{FormationSection, ObstacleSection, Scenario};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -32,8 +32,8 @@ pub(crate) fn slow_ring() -> Scenario {
 }
 
 /// An obstacle of 10 m radius that repels from 30 m.
-pub(crate) fn obstacle(position_m: [f64; 2]) -> Obstacle {
-    Obstacle { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
+pub(crate) fn obstacle(position_m: [f64; 2]) -> ObstacleSection {
+    ObstacleSection { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
 }
 
 /// What begins the log of `scenario`, without wall-clock times.
@@ -57,9 +57,11 @@ pub(crate) fn sensed(tick: i64, uav: u32, position_m: [f64; 2]) -> Sensed {
     }
 }
 
-/// A command that keeps it so.
-pub(crate) fn command(tick: i64, uav: u32, terms: Terms) -> Command {
-    Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), reserved: 0, terms }
+/// The account of a command that keeps it so.
+pub(crate) fn account(tick: i64, uav: u32) -> Account {
+    let command =
+        Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), withheld: 0 };
+    Account::without_leader(&command)
 }
 
 /// The leader at some place, on its way east.
@@ -67,34 +69,34 @@ pub(crate) fn leader(tick: i64, position_m: [f64; 2]) -> LeaderState {
     LeaderState { tick: Tick(tick), position_m, heading_rad: 0.0, speed_m_s: 15.0, turn_rate_rad_s: 0.0 }
 }
 
-/// Everything that is heard of a tick of a flight in which UAVs swing about their slots by `swing_m`.
-pub(crate) fn hear(assembly: &mut Assembly, scenario: &Scenario, tick: i64, swing_m: f64) {
+/// What everybody sends in a tick of a flight in which UAVs swing about their slots by `swing_m`.
+fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> Samples {
+    let uavs = scenario.formation.uavs;
     let time_s = tick as f64 * scenario.period_s();
     let centre = Point2::new(15.0 * time_s, 0.0);
-    assembly.put_leader(&leader(tick, centre.into()));
-    for uav in UavId::all(scenario.formation.uavs) {
+    let mut samples = Samples::new(uavs as usize);
+    (samples.tick, samples.leader) = (tick, Some(leader(tick, centre.into())));
+    for uav in UavId::all(uavs) {
         let slot = scenario.formation().slot(uav.0, centre);
         let phase = time_s + f64::from(uav.0);
         let place = [slot.x + swing_m * phase.sin(), slot.y + swing_m * (1.3 * phase).cos()];
-        assembly.put_sensed(
-            uav,
-            &Sensed { heading_rad: (0.1 * phase).sin() * swing_m, ..sensed(tick, uav.0, place) },
-        );
-        let terms = Terms {
+        let heading_rad = (0.1 * phase).sin() * swing_m;
+        samples.airframes[uav.index()] = Some((&Sensed { heading_rad, ..sensed(tick, uav.0, place) }).into());
+        let age = AgeTicks::between(Tick(tick - 1), Tick(tick));
+        samples.accounts[uav.index()] = Some(Account {
             slot_m: slot.into(),
             previous_force_m: [phase.sin() * swing_m, phase.cos() * swing_m],
             next_force_m: [phase.cos() * swing_m, (2.0 * phase).sin() * swing_m],
             centre_force_m: [(0.7 * phase).sin() * swing_m, (0.7 * phase).cos() * swing_m],
             slot_force_m: [place[0] - slot.x, place[1] - slot.y],
             potential_m2: 1.0 + phase.sin(),
-            previous_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
-            next_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
-            leader_age: AgeTicks::between(Tick(tick - 1), Tick(tick)),
-            ..Terms::NONE
-        };
-        assembly.put_command(uav, &command(tick, uav.0, terms));
+            previous_age: age,
+            next_age: age,
+            leader_age: age,
+            ..account(tick, uav.0)
+        });
     }
-    assembly.put_timing(&TickTiming { tick, round_trip_ns: 40_000, ..TickTiming::default() });
+    samples
 }
 
 /// The frames of some ticks of such a flight.
@@ -108,15 +110,12 @@ pub(crate) fn at_rest(scenario: &Scenario, tick: i64) -> Frame {
 }
 
 fn frames(scenario: &Scenario, ticks: std::ops::Range<i64>, swing_m: f64) -> Vec<Frame> {
-    let mut assembly = Assembly::new(scenario.formation.uavs, ticks.start);
-    let mut ring = Ring::new(scenario);
-    let frame = |tick| {
-        hear(&mut assembly, scenario, tick, swing_m);
-        let mut frame = Frame::default();
-        frame.refill(&assembly.take_before(tick + 1).unwrap(), &mut ring);
-        frame
+    let mut frame = Frame::new(scenario);
+    let frame_of = |tick| {
+        frame.refill(&samples(scenario, tick, swing_m), scenario.time.rate_hz);
+        frame.clone()
     };
-    ticks.map(frame).collect()
+    ticks.map(frame_of).collect()
 }
 
 /// Begins a recording in `folder`, or goes on with the one there.
@@ -127,7 +126,7 @@ pub(crate) fn recording(path: &Path, scenario: &Scenario) -> Recording {
 /// Records some frames.
 pub(crate) fn observe(recording: &mut Recording, frames: &[Frame]) {
     for frame in frames {
-        recording.observe(frame).unwrap();
+        recording.observe(frame, None).unwrap();
     }
 }
 
@@ -143,6 +142,14 @@ pub(crate) fn record_and_die(path: &Path, scenario: &Scenario, frames: &[Frame])
     let mut recording = recording(path, scenario);
     observe(&mut recording, frames);
     std::mem::forget(recording);
+}
+
+/// The bytes of a log of twelve ticks and several chunks: finished by `record`, or cut short by `record_and_die`.
+pub(crate) fn small_log(make: fn(&Path, &Scenario, &[Frame])) -> Vec<u8> {
+    let (_folder, path) = place();
+    let scenario = slow_ring();
+    make(&path, &scenario, &flight(&scenario, 0..12));
+    std::fs::read(&path).unwrap()
 }
 
 /// A place for a log, and the folder that goes with it.

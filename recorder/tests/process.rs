@@ -3,15 +3,11 @@
 
 use mcap::{MessageStream, Summary};
 use ringwing_bus::{
-    DomainId, Gate, Publisher, Stamps,
-    channel::{self, Services},
-    domain::DomainOwner,
-    member::create_node,
-    report,
+    DomainId, DomainOwner, Gate, MemberArgs, Publisher, Services, Stamps, create_node, report, services,
 };
 use ringwing_flight::{
-    Command, Event, FlightMode, LeaderState, Level, Part, Sensed, SensedObstacle, Terms, Tick, TickTiming,
-    UavId, WorldReport,
+    Account, Command, Event, EventMessage, FlightMode, LeaderState, Part, Sensed, SensedObstacle, Tick,
+    TickTiming, TimedEvent, UavId, WorldReport,
 };
 use ringwing_recorder::{Args, RecorderError, RecorderReport, run};
 use ringwing_scenario::Scenario;
@@ -27,10 +23,10 @@ const UAVS: u32 = 6;
 struct Everybody {
     scenario: Scenario,
     sensed: Vec<Publisher<Sensed>>,
-    commands: Vec<Publisher<Command>>,
+    accounts: Vec<Publisher<Account>>,
     leader: Publisher<LeaderState>,
     timing: Publisher<TickTiming>,
-    events: Publisher<Event>,
+    events: Publisher<EventMessage>,
     gate: Gate,
     _services: Services,
     owner: DomainOwner,
@@ -39,16 +35,16 @@ struct Everybody {
 impl Everybody {
     fn new() -> Self {
         let scenario = Scenario::default();
-        let (owner, gate) = DomainOwner::create("name = \"unnamed\"\n").unwrap();
+        let (owner, gate) = DomainOwner::create(&scenario.to_toml()).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
         Self {
+            _services: Services::create(&node, &scenario).unwrap(),
             scenario,
-            _services: Services::create(&node, UAVS, false, false).unwrap(),
-            sensed: UavId::all(UAVS).map(|uav| channel::sensed(uav).publisher(&node).unwrap()).collect(),
-            commands: UavId::all(UAVS).map(|uav| channel::command(uav).publisher(&node).unwrap()).collect(),
-            leader: channel::leader(UAVS).publisher(&node).unwrap(),
-            timing: channel::timing().publisher(&node).unwrap(),
-            events: channel::world_events().publisher(&node).unwrap(),
+            sensed: UavId::all(UAVS).map(|uav| services::sensed(uav).publisher(&node).unwrap()).collect(),
+            accounts: UavId::all(UAVS).map(|uav| services::account(uav).publisher(&node).unwrap()).collect(),
+            leader: services::leader(UAVS).publisher(&node).unwrap(),
+            timing: services::timing().publisher(&node).unwrap(),
+            events: services::world_events().publisher(&node).unwrap(),
             gate,
             owner,
         }
@@ -59,7 +55,7 @@ impl Everybody {
     }
 
     fn await_recorder(&self) {
-        wait_until("the recorder is there", || self.gate.attendant(Part::Recorder).is_some());
+        wait_until("the recorder is there", || self.gate.ready_process(Part::Recorder).is_some());
     }
 
     fn fly(&self, ticks: std::ops::Range<i64>) {
@@ -81,7 +77,7 @@ impl Everybody {
             LeaderState { tick, position_m: centre, heading_rad: 0.0, speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
         self.leader.send(leader, Stamps::now()).unwrap();
         for uav in UavId::all(UAVS) {
-            self.commands[uav.index()].send(command(tick, uav), Stamps::now()).unwrap();
+            self.accounts[uav.index()].send(account(tick, uav), Stamps::now()).unwrap();
         }
         self.timing.send(TickTiming { tick: tick.0, ..TickTiming::default() }, Stamps::now()).unwrap();
     }
@@ -100,7 +96,7 @@ impl Everybody {
             late_max_us: 0.0,
             latency: None,
         };
-        self.owner.domain().leave_report(report::WORLD, &world).unwrap();
+        self.owner.domain().write_report(report::WORLD, &world).unwrap();
         self.gate.close();
     }
 
@@ -124,8 +120,9 @@ fn sensed(tick: Tick, uav: UavId, position_m: [f64; 2]) -> Sensed {
     }
 }
 
-fn command(tick: Tick, uav: UavId) -> Command {
-    Command { tick, speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav, reserved: 0, terms: Terms::NONE }
+fn account(tick: Tick, uav: UavId) -> Account {
+    let command = Command { tick, speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav, withheld: 0 };
+    Account::without_leader(&command)
 }
 
 fn wait_until(what: &str, condition: impl Fn() -> bool) {
@@ -137,7 +134,7 @@ fn wait_until(what: &str, condition: impl Fn() -> bool) {
 }
 
 fn start(domain: DomainId, log: Option<PathBuf>) -> thread::JoinHandle<Result<(), RecorderError>> {
-    thread::spawn(move || run(&Args { domain, launcher: None, log, no_timing: false }))
+    thread::spawn(move || run(&Args { member: MemberArgs { domain, launcher: None }, log, no_timing: false }))
 }
 
 #[test]
@@ -148,7 +145,8 @@ fn a_flight_over_shared_memory_is_recorded_whole() {
     let recorder = start(everybody.domain(), Some(path.clone()));
     everybody.await_recorder();
     everybody.fly(-1..1500);
-    everybody.events.send(Event::new(Tick(1499), Level::Info, "test", "landed"), Stamps::now()).unwrap();
+    let event = TimedEvent { tick: Tick(1499), event: Event::RunInterrupted };
+    everybody.events.send(EventMessage::new(&event), Stamps::now()).unwrap();
     everybody.land(1499);
     recorder.join().unwrap().unwrap();
 
@@ -162,8 +160,8 @@ fn a_flight_over_shared_memory_is_recorded_whole() {
     let each_tick = 6 + 6 + 1; // state, control, timing
     let twenty_a_second = 4; // leader, frames, swarm, metrics
     let slower = 75 + 4 * 15 + 3; // links; trails, map twice, faults; what stands still
-    let lines = 2;
-    let messages = 1500 * each_tick + 300 * twenty_a_second + slower + lines;
+    let lines_and_events = 2 + 1;
+    let messages = 1500 * each_tick + 300 * twenty_a_second + slower + lines_and_events;
     assert_eq!(MessageStream::new(&file).unwrap().count(), messages);
     assert_eq!(report.messages, messages as u64);
 }

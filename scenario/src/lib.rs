@@ -1,36 +1,29 @@
-//! The scenario of a run: what flies, by which law, past which obstacles, and what it must achieve.
+//! The scenario of a run: what flies, under which law, past which obstacles, through which faults, and what it must
+//! achieve.
 //!
-//! [`model`] is the scenario itself. [`Source`] finds a scenario's text; [`Scenario::read`] parses it, applies the
-//! [`Setting`]s of the command line, and reports all problems at once. [`preset`] holds the built-in scenarios, [`start`]
-//! places the UAVs, and [`fault`] is the grammar of faults and their schedule.
+//! [`model`] is the data. [`Source`] finds the text of a scenario, and [`Scenario::read`] parses it, applies the
+//! [`Setting`]s of the command line, validates the result and reports every problem at once. [`preset`] holds the
+//! built-in scenarios, [`start`] places the UAVs, and [`fault`] is the grammar of faults and their schedule.
 //!
-//! Never knows of processes, services or clocks.
+//! Never knows processes, services or clocks: a scenario means the same in every process of a run.
 
-mod example;
+mod event_text;
 pub mod fault;
-mod flaw;
-mod hint;
+mod key;
 pub mod model;
-mod origin;
 pub mod preset;
-mod problem;
 mod read;
-mod setting;
-mod shape;
-mod source;
+mod spelling;
 pub mod start;
-mod switch;
-mod unit;
 mod validate;
 
-pub use fault::{Action, Fault, schedule::Schedule};
+pub use fault::{Action, Fault, schedule::FaultSchedule};
 pub use model::{
-    Airframe, Control, DeadReckoning, Draw, Failsafe, FormationSection, Georeference, Ipc, Law, Leader,
-    Membership, Obstacle, Requirements, Scenario, Sensing, Start, StartState, Supervision, Switches, Time,
+    AirframeSection, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
+    GeoreferenceSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection, ObstacleSection,
+    RequirementsSection, Scenario, SensingSection, StartSection, StartState, SupervisionSection, TimeSection,
     Wake,
 };
 pub use preset::Preset;
-pub use problem::{Place, Problem, ScenarioError};
-pub use setting::Setting;
-pub use source::Source;
+pub use read::{Place, Problem, ScenarioError, Setting, Source};
 pub use validate::{PAYLOAD_MAX_BYTES, UAVS_MAX, UAVS_MIN};

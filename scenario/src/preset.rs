@@ -1,65 +1,51 @@
-//! The scenarios that come with ringwing, each a commented file to start from.
+//! The built-in scenarios, each a commented file that can serve as a template.
 
-/// A scenario that comes with ringwing.
+/// A built-in scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Preset {
-    /// What to call it on the command line.
+    /// Its name on the command line, which is also that of its file.
     pub name: &'static str,
-    /// One line on what it shows.
+    /// What it shows, in one line.
     pub description: &'static str,
-    /// Its TOML, with a comment on every key that it has.
+    /// Its TOML, with a comment on every key.
     pub text: &'static str,
 }
 
+/// A preset whose file has the same name. The description is repeated here so that a list needs no parsing; a test
+/// keeps the two equal.
+macro_rules! preset {
+    ($name:literal, $description:literal) => {
+        Preset {
+            name: $name,
+            description: $description,
+            text: include_str!(concat!("../presets/", $name, ".toml")),
+        }
+    };
+}
+
+/// In the order in which `scenario list` shows them.
 static PRESETS: [Preset; 9] = [
-    Preset {
-        name: "paper-4.1",
-        description: "six UAVs form the standard formation in free sky and keep it, the paper's Section 4.1",
-        text: include_str!("../presets/paper-4.1.toml"),
-    },
-    Preset {
-        name: "paper-4.2",
-        description: "six UAVs form the standard formation and pass the two obstacles of the paper's Section 4.2",
-        text: include_str!("../presets/paper-4.2.toml"),
-    },
-    Preset {
-        name: "dropout",
-        description: "a UAV drops out of the formation for good, and the ring closes",
-        text: include_str!("../presets/dropout.toml"),
-    },
-    Preset {
-        name: "dropout-return",
-        description: "two UAVs drop out, one after the other, and come back",
-        text: include_str!("../presets/dropout-return.toml"),
-    },
-    Preset {
-        name: "delay",
-        description: "what ring neighbours tell each other is half a second old",
-        text: include_str!("../presets/delay.toml"),
-    },
-    Preset {
-        name: "lossy",
-        description: "links lose, repeat and reorder what is sent, in bursts too, from the formed ring on",
-        text: include_str!("../presets/lossy.toml"),
-    },
-    Preset {
-        name: "partition",
-        description: "the swarm falls into halves that do not hear each other, and finds together again",
-        text: include_str!("../presets/partition.toml"),
-    },
-    Preset {
-        name: "leader-loss",
-        description: "the leader is gone for 20 s, and back",
-        text: include_str!("../presets/leader-loss.toml"),
-    },
-    Preset {
-        name: "storm",
-        description: "everything at once for half a minute: deaths, freezes, losses, delays, a partition",
-        text: include_str!("../presets/storm.toml"),
-    },
+    preset!(
+        "paper-4.1",
+        "six UAVs form the standard formation in free sky and keep it (Section 4.1 of the paper)"
+    ),
+    preset!(
+        "paper-4.2",
+        "six UAVs form the standard formation and fly past two obstacles (Section 4.2 of the paper)"
+    ),
+    preset!("dropout", "one UAV drops out for good, and the ring closes"),
+    preset!("dropout-return", "two UAVs drop out one after the other, and both come back"),
+    preset!("delay", "everything that ring neighbours send each other arrives half a second late"),
+    preset!(
+        "lossy",
+        "once the ring has formed, links lose samples singly and in bursts, repeat and reorder them"
+    ),
+    preset!("partition", "the swarm splits into two halves that cannot hear each other, then reunites"),
+    preset!("leader-loss", "the leader is gone for 20 s and comes back"),
+    preset!("storm", "everything at once for half a minute: kills, freezes, loss, delay, a partition"),
 ];
 
-/// All of them, in the order in which to list them.
+/// All presets, in the order in which to list them.
 pub fn all() -> &'static [Preset] {
     &PRESETS
 }
@@ -67,22 +53,22 @@ pub fn all() -> &'static [Preset] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Scenario, Source, example};
+    use crate::{Scenario, Source, key, read};
     use toml::{Table, Value};
 
     fn scenario(preset: &Preset) -> Scenario {
         Scenario::read(&Source::find(preset.name).unwrap(), &[]).unwrap()
     }
 
-    /// Those to begin a scenario of one's own with; the others show what is particular to them.
+    /// The presets that show every key. The others show only the keys that they change.
     fn templates() -> impl Iterator<Item = &'static Preset> {
         all().iter().filter(|preset| preset.name.starts_with("paper"))
     }
 
-    /// Every key of `table`, those of listed sections once.
+    /// Every key of `table`; those of listed sections count once.
     fn keys(table: &Table, section: &str) -> Vec<String> {
         let inner = |(name, value): (&String, &Value)| {
-            let key = example::join(section, name);
+            let key = key::join(section, name);
             match value {
                 Value::Table(table) => keys(table, &key),
                 Value::Array(list) if list.iter().any(Value::is_table) => {
@@ -97,7 +83,7 @@ mod tests {
         keys
     }
 
-    /// The text with the keys that it shows commented out.
+    /// The text with those keys uncommented that it shows in comments.
     fn uncommented(text: &str) -> String {
         let is_key = |line: &str| {
             line.starts_with("[[") || line.split_once(" = ").is_some_and(|(key, _)| !key.contains(' '))
@@ -108,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn each_preset_is_sound_and_called_what_it_calls_itself() {
+    fn each_preset_is_valid_and_has_the_name_and_description_of_its_file() {
         for preset in all() {
             let scenario = scenario(preset);
             assert_eq!(
@@ -119,8 +105,8 @@ mod tests {
     }
 
     #[test]
-    fn each_template_shows_every_key_there_is() {
-        let every = keys(&Table::try_from(example::scenario()).unwrap(), "");
+    fn each_template_shows_every_key() {
+        let every = keys(&Table::try_from(read::example_scenario()).unwrap(), "");
         for preset in templates() {
             let shown: Table = uncommented(preset.text).parse().unwrap();
             assert_eq!(keys(&shown, ""), every, "{}", preset.name);

@@ -1,60 +1,69 @@
-//! Where the UAVs begin.
+//! Places the UAVs at the start: as listed, or by a seeded draw.
+//!
+//! Never depends on anything but the scenario, so that every process and every check gets the same states.
 
-use crate::{Obstacle, Problem, Scenario, ScenarioError, StartState};
+use crate::{ObstacleSection, Problem, Scenario, ScenarioError, StartState};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{direction, draw::Draws};
 
-/// The purpose and moment of these draws. Another value draws other starts from the same seed.
-const PURPOSE: ([u64; 3], u64) = ([0; 3], 1);
-/// So many places are tried for one UAV.
+/// Separates these draws from all others of the seed. Other values would draw other starts.
+const PURPOSE: [u64; 3] = [0; 3];
+/// The moment of these draws; see [`PURPOSE`].
+const MOMENT: u64 = 1;
+/// Positions to try for one UAV. Fewer would refuse boxes that have room; more would only delay the refusal of one that
+/// has none.
 const TRIES: u32 = 10_000;
 
-/// The start state of each UAV: as listed, or drawn by the scenario's seed.
+/// The start state of each UAV: the listed ones, or states drawn with the scenario's seed.
 ///
-/// Places are drawn from a box round the leader, and drawn again while they are too close to another UAV or within an
-/// obstacle's braking distance; a box too small for that is refused.
-pub fn places(scenario: &Scenario) -> Result<Vec<StartState>, ScenarioError> {
+/// A draw takes a position from a box around the leader, and takes another one while that is too close to a UAV already
+/// placed or within the braking distance of an obstacle.
+///
+/// # Errors
+/// The box has no room for a UAV; the message names the keys to change.
+pub fn states(scenario: &Scenario) -> Result<Vec<StartState>, ScenarioError> {
     if !scenario.start.uavs.is_empty() {
         return Ok(scenario.start.uavs.clone());
     }
-    let mut area = Area::new(scenario);
+    let mut start_box = StartBox::new(scenario);
     let mut placed = Vec::new();
     for uav in 1..=scenario.formation.uavs {
-        let state = area.free_state(&placed).ok_or_else(|| too_small(scenario, uav))?;
+        let state = start_box.free_state(&placed).ok_or_else(|| no_room(scenario, uav))?;
         placed.push(state);
     }
     Ok(placed)
 }
 
-fn too_small(scenario: &Scenario, uav: u32) -> Problem {
+fn no_room(scenario: &Scenario, uav: u32) -> Problem {
     let message = format!(
-        "no free place for UAV {uav} of {} after {TRIES} tries: give a smaller separation_m, or a larger \
-         length_radii or width_radii, or an ahead_radii that is clear of obstacles",
+        "found no free position for UAV {uav} of {} in {TRIES} tries: give a smaller separation_m, a larger \
+         length_radii or width_radii, or an ahead_radii that keeps the box clear of obstacles",
         scenario.formation.uavs
     );
     Problem { key: Some("start.draw".into()), ..Problem::of_scenario(&scenario.name, message) }
 }
 
-/// The box that starts are drawn from.
-struct Area<'s> {
+/// The box that start positions are drawn from.
+struct StartBox<'s> {
     scenario: &'s Scenario,
     draws: Draws,
     middle: Point2<f64>,
-    /// Its sides, from end to end.
+    /// The side along the leader's heading, from end to end.
     along: Vector2<f64>,
+    /// The side across the heading, from end to end.
     across: Vector2<f64>,
-    /// Nobody begins closer to another, nor in collision.
+    /// Smallest distance between two UAVs; at least the collision distance.
     separation_m: f64,
 }
 
-impl<'s> Area<'s> {
+impl<'s> StartBox<'s> {
     fn new(scenario: &'s Scenario) -> Self {
         let draw = &scenario.start.draw;
         let radius = scenario.formation().radius_m();
         let ahead = direction(scenario.leader.heading_deg.to_radians());
         Self {
             scenario,
-            draws: Draws::new(scenario.seed, PURPOSE.0, PURPOSE.1),
+            draws: Draws::new(scenario.seed, PURPOSE, MOMENT),
             middle: Point2::from(scenario.leader.start_m) + ahead * (draw.ahead_radii * radius),
             along: ahead * (draw.length_radii * radius),
             across: Vector2::new(-ahead.y, ahead.x) * (draw.width_radii * radius),
@@ -62,15 +71,17 @@ impl<'s> Area<'s> {
         }
     }
 
+    /// A drawn state that keeps clear of obstacles and of the UAVs already placed.
     fn free_state(&mut self, placed: &[StartState]) -> Option<StartState> {
         (0..TRIES).find_map(|_| {
-            let state = self.state();
+            let state = self.draw_state();
             self.is_free(state.position_m.into(), placed).then_some(state)
         })
     }
 
-    /// Always three draws, whatever comes of them.
-    fn state(&mut self) -> StartState {
+    /// Takes three numbers from the stream in every try, so that a try sees the same numbers whatever came of those
+    /// before.
+    fn draw_state(&mut self) -> StartState {
         let position = self.middle
             + self.along * (self.draws.uniform() - 0.5)
             + self.across * (self.draws.uniform() - 0.5);
@@ -86,7 +97,7 @@ impl<'s> Area<'s> {
     fn is_free(&self, position: Point2<f64>, placed: &[StartState]) -> bool {
         let apart =
             |other: &StartState| (position - Point2::from(other.position_m)).norm() >= self.separation_m;
-        let clear = |obstacle: &Obstacle| {
+        let clear = |obstacle: &ObstacleSection| {
             (position - Point2::from(obstacle.position_m)).norm() > obstacle.braking_distance_m
         };
         placed.iter().all(apart) && self.scenario.obstacles.iter().all(clear)
@@ -115,25 +126,25 @@ mod tests {
     }
 
     #[test]
-    fn a_list_is_taken_as_it_is() {
+    fn listed_states_are_returned_unchanged() {
         let state = StartState { position_m: [1.0, 2.0], heading_deg: 3.0, speed_m_s: 14.0 };
         let mut scenario = drawn(3, 1);
         scenario.start.uavs = vec![state; 3];
-        assert_eq!(places(&scenario).unwrap(), [state; 3]);
+        assert_eq!(states(&scenario).unwrap(), [state; 3]);
     }
 
     #[test]
-    fn the_default_box_has_room_for_any_number() {
+    fn the_default_box_has_room_for_every_swarm() {
         for uavs in [3, 4, 6, 30, 200, 1024] {
-            let states = places(&drawn(uavs, 1)).unwrap();
-            assert_eq!(states.len(), uavs as usize);
-            assert_apart(&states, 10.0);
+            let placed = states(&drawn(uavs, 1)).unwrap();
+            assert_eq!(placed.len(), uavs as usize);
+            assert_apart(&placed, 10.0);
         }
     }
 
     #[test]
-    fn the_draw_is_the_same_on_every_machine_and_in_every_version() {
-        let first = places(&drawn(6, 1)).unwrap()[0];
+    fn a_draw_is_the_same_on_every_machine_and_in_every_version() {
+        let first = states(&drawn(6, 1)).unwrap()[0];
         assert_eq!(
             first,
             StartState {
@@ -149,9 +160,9 @@ mod tests {
         let mut scenario = drawn(6, 1);
         scenario.start.draw.separation_m = 100.0;
         assert_eq!(
-            places(&scenario).unwrap_err().to_string(),
-            "scenario \"unnamed\": start.draw: no free place for UAV 3 of 6 after 10000 tries: give a smaller \
-             separation_m, or a larger length_radii or width_radii, or an ahead_radii that is clear of obstacles"
+            states(&scenario).unwrap_err().to_string(),
+            "scenario \"unnamed\": start.draw: found no free position for UAV 3 of 6 in 10000 tries: give a smaller \
+             separation_m, a larger length_radii or width_radii, or an ahead_radii that keeps the box clear of obstacles"
         );
     }
 
@@ -162,7 +173,7 @@ mod tests {
         scenario.leader.heading_deg = 90.0;
         scenario.start.draw.ahead_radii = 2.0;
         let radius = scenario.formation().radius_m();
-        for state in places(&scenario).unwrap() {
+        for state in states(&scenario).unwrap() {
             let [x, y] = state.position_m;
             assert!((x - 500.0).abs() <= radius && (y + 200.0 - 2.0 * radius).abs() <= 1.5 * radius);
             assert!((state.heading_deg - 90.0).abs() <= 28.6);
@@ -173,11 +184,11 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
         #[test]
-        fn the_seed_alone_decides(uavs in 3_u32..40, seed: u64) {
-            let states = places(&drawn(uavs, seed)).unwrap();
-            prop_assert_eq!(&states, &places(&drawn(uavs, seed)).unwrap());
-            prop_assert_ne!(&states, &places(&drawn(uavs, seed ^ 1)).unwrap());
-            assert_apart(&states, 10.0);
+        fn a_draw_depends_on_the_seed_alone(uavs in 3_u32..40, seed: u64) {
+            let drawn_states = states(&drawn(uavs, seed)).unwrap();
+            prop_assert_eq!(&drawn_states, &states(&drawn(uavs, seed)).unwrap());
+            prop_assert_ne!(&drawn_states, &states(&drawn(uavs, seed ^ 1)).unwrap());
+            assert_apart(&drawn_states, 10.0);
         }
 
         #[test]
@@ -187,17 +198,17 @@ mod tests {
             let ratio = few.formation().radius_m() / many.formation().radius_m();
             many.start.draw.length_radii *= ratio;
             many.start.draw.width_radii *= ratio;
-            for (a, b) in places(&few).unwrap().iter().zip(&places(&many).unwrap()) {
+            for (a, b) in states(&few).unwrap().iter().zip(&states(&many).unwrap()) {
                 prop_assert!(distance(a, b) < 1e-6);
             }
         }
 
         #[test]
-        fn nobody_begins_where_an_obstacle_repels(seed: u64, x in -60.0..60.0, y in -40.0..40.0) {
+        fn no_uav_starts_where_an_obstacle_repels(seed: u64, x in -60.0..60.0, y in -40.0..40.0) {
             let mut scenario = drawn(6, seed);
             scenario.obstacles =
-                vec![Obstacle { name: "mast".into(), position_m: [x, y], radius_m: 5.0, braking_distance_m: 20.0 }];
-            for state in places(&scenario).unwrap() {
+                vec![ObstacleSection { name: "mast".into(), position_m: [x, y], radius_m: 5.0, braking_distance_m: 20.0 }];
+            for state in states(&scenario).unwrap() {
                 prop_assert!((Point2::from(state.position_m) - Point2::new(x, y)).norm() > 20.0);
             }
         }

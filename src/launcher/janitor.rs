@@ -1,10 +1,14 @@
-//! Clears away what killed processes leave in shared memory, while the run goes on.
+//! Removes what killed processes leave in shared memory while the run goes on.
 //!
-//! Two threads: one would wait for ever for a segment that its creator did not live to size, so another removes those.
+//! It works on two threads. The cleaner asks iceoryx2 to remove dead nodes. That can wait forever for a segment whose
+//! creator was killed before it had given the segment its size, so the sweeper removes those segments.
+//!
+//! Must never touch what a living process uses, or what a process that a fault ended has sent and others still read.
 
 use super::LaunchError;
 use iceoryx2::{node::Node, prelude::ipc};
-use ringwing_bus::{Domain, member::create_node};
+use ringwing_bus::{Domain, create_node};
+use ringwing_flight::Tick;
 use std::{
     sync::{
         Arc,
@@ -15,20 +19,27 @@ use std::{
     time::Duration,
 };
 
-const SWEEP: Duration = Duration::from_millis(50);
-/// Sweeps after the last death: a stillborn segment is only one when it stays empty for a while.
-const SWEEPS_PER_DEATH: u32 = 20;
+/// Pause between two sweeps. Longer keeps the cleaner waiting; shorter lists `/dev/shm` for nothing, because a segment
+/// has to stay without a size for a while before it counts as abandoned.
+const SWEEP_PAUSE: Duration = Duration::from_millis(50);
+/// Sweeps after a process has ended: together a second, in which every abandoned segment comes of age.
+const SWEEPS_PER_END: u32 = 20;
+/// Ticks after a planned end until its remains are removed: by then everybody has read what the process sent last. With
+/// fewer, a slow reader loses samples that it gets without the fault.
+const READ_BY_ALL_TICKS: i64 = 3;
 
 /// The two cleaning threads of a run.
 pub(super) struct Janitor {
     sweeper: Worker,
     cleaner: Worker,
+    /// From this tick on the remains of a planned end may be removed.
+    clean_from: Option<Tick>,
 }
 
-/// A thread that works when it is called.
+/// A thread that works through rounds as they are ordered.
 struct Worker {
-    due: Arc<AtomicU32>,
-    ended: Arc<AtomicBool>,
+    rounds: Arc<AtomicU32>,
+    is_stopping: Arc<AtomicBool>,
     thread: JoinHandle<()>,
 }
 
@@ -37,20 +48,20 @@ impl Worker {
         name: &str,
         work: impl FnOnce(&AtomicU32, &AtomicBool) + Send + 'static,
     ) -> Result<Self, LaunchError> {
-        let (due, ended): (Arc<AtomicU32>, Arc<AtomicBool>) = Default::default();
-        let (its_due, its_end) = (due.clone(), ended.clone());
-        let thread = thread::Builder::new().name(name.into()).spawn(move || work(&its_due, &its_end));
-        let failed = |source| LaunchError::Spawn { what: name.into(), source };
-        Ok(Self { due, ended, thread: thread.map_err(failed)? })
+        let (rounds, is_stopping): (Arc<AtomicU32>, Arc<AtomicBool>) = Default::default();
+        let (its_rounds, its_stop) = (rounds.clone(), is_stopping.clone());
+        let thread = thread::Builder::new().name(name.into()).spawn(move || work(&its_rounds, &its_stop));
+        let failed = |source| LaunchError::Spawn { what: format!("the {name}"), source };
+        Ok(Self { rounds, is_stopping, thread: thread.map_err(failed)? })
     }
 
-    fn call(&self, times: u32) {
-        self.due.store(times, SeqCst);
+    fn order(&self, rounds: u32) {
+        self.rounds.store(rounds, SeqCst);
         self.thread.thread().unpark();
     }
 
     fn stop(self) {
-        self.ended.store(true, SeqCst);
+        self.is_stopping.store(true, SeqCst);
         self.thread.thread().unpark();
         // A panic of a cleaning thread costs nothing: the whole domain is removed after this.
         let _ = self.thread.join();
@@ -58,51 +69,68 @@ impl Worker {
 }
 
 impl Janitor {
+    /// Starts both threads for `domain`.
     pub(super) fn start(domain: &Domain) -> Result<Self, LaunchError> {
         let place = domain.clone();
-        let sweeper = Worker::start("the janitor", move |due, ended| sweep(&place, due, ended))?;
-        let (place, (says, hears)) = (domain.clone(), channel());
-        let cleaner = Worker::start("the cleaner", move |due, ended| {
-            let node = create_node(&place, "cleaner");
-            let node = node.map_err(|error| says.send(Err(error))).inspect(|_| drop(says.send(Ok(()))));
-            if let Ok(node) = node {
-                clean(&node, due, ended);
-            }
-        })?;
-        // A thread that ends without a word has panicked; then there is nothing to say either.
-        hears.recv().unwrap_or(Ok(()))?;
-        Ok(Self { sweeper, cleaner })
+        let sweeper =
+            Worker::start("sweeper", move |rounds, is_stopping| sweep(&place, rounds, is_stopping))?;
+        let (place, (opened, is_open)) = (domain.clone(), channel());
+        let cleaner =
+            Worker::start("cleaner", move |rounds, is_stopping| match create_node(&place, "cleaner") {
+                Ok(node) => {
+                    drop(opened.send(Ok(())));
+                    clean(&node, rounds, is_stopping);
+                }
+                Err(error) => drop(opened.send(Err(error))),
+            })?;
+        // A cleaner that sends nothing has panicked, and the run can do without one.
+        is_open.recv().unwrap_or(Ok(()))?;
+        Ok(Self { sweeper, cleaner, clean_from: None })
     }
 
-    /// A process has died.
-    pub(super) fn call(&self) {
-        self.sweeper.call(SWEEPS_PER_DEATH);
-        self.cleaner.call(1);
+    /// Removes the remains of dead processes, in the background.
+    pub(super) fn clean(&self) {
+        self.sweeper.order(SWEEPS_PER_END);
+        self.cleaner.order(1);
     }
 
-    /// Ends both threads: the cleaner first, which may be waiting for the sweeper's work.
+    /// Removes them once everybody has read what was sent until `now`.
+    pub(super) fn clean_later(&mut self, now: Option<Tick>) {
+        self.clean_from = now.map(|now| Tick(now.0 + READ_BY_ALL_TICKS));
+    }
+
+    /// Removes at tick `now` what was to be removed later; without a tick the flight is over, and nobody reads.
+    pub(super) fn on_tick(&mut self, now: Option<Tick>) {
+        if self.clean_from.is_some_and(|from| now.is_none_or(|now| now >= from)) {
+            self.clean_from = None;
+            self.clean();
+        }
+    }
+
+    /// Ends both threads: the cleaner first, because it may wait for a segment that only the sweeper removes.
     pub(super) fn stop(self) {
-        self.sweeper.call(u32::MAX);
+        self.sweeper.order(u32::MAX);
         self.cleaner.stop();
         self.sweeper.stop();
     }
 }
 
-fn sweep(domain: &Domain, due: &AtomicU32, ended: &AtomicBool) {
-    while !ended.load(SeqCst) {
-        if due.load(SeqCst) == 0 {
+fn sweep(domain: &Domain, rounds: &AtomicU32, is_stopping: &AtomicBool) {
+    while !is_stopping.load(SeqCst) {
+        if rounds.load(SeqCst) == 0 {
             thread::park();
             continue;
         }
-        due.fetch_sub(1, SeqCst);
+        rounds.fetch_sub(1, SeqCst);
         domain.remove_stillborn_segments();
-        thread::park_timeout(SWEEP);
+        thread::park_timeout(SWEEP_PAUSE);
     }
 }
 
-fn clean(node: &Node<ipc::Service>, due: &AtomicU32, ended: &AtomicBool) {
-    while !ended.load(SeqCst) {
-        if due.swap(0, SeqCst) > 0 {
+fn clean(node: &Node<ipc::Service>, rounds: &AtomicU32, is_stopping: &AtomicBool) {
+    while !is_stopping.load(SeqCst) {
+        // However many processes have ended, one round removes the remains of all.
+        if rounds.swap(0, SeqCst) > 0 {
             node.try_cleanup_dead_nodes();
         } else {
             thread::park();

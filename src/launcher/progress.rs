@@ -1,90 +1,94 @@
-//! What the user sees while a run goes on, on stderr: one line that moves, and a line for each event.
+//! What the user sees on stderr while a run goes on: one line that shows how far it is, and a line for each event.
+//!
+//! Must never stop a run because nobody reads.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_flight::{Event, FormationError, Level, Tick};
+use ringwing_flight::{FormationError, Level, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
 use std::{
     io::{self, Write},
     time::Instant,
 };
 
-/// The progress line.
-pub(super) struct Progress {
+/// How often the line is drawn. More often flickers and costs the flight processor time; less often looks like a stall.
+const DRAWS_PER_S: u8 = 10;
+
+/// The progress line, and the lines above it.
+pub(super) struct Progress<'a> {
+    scenario: &'a Scenario,
     bar: ProgressBar,
-    quiet: bool,
-    rate_hz: u32,
-    uavs: u32,
+    is_quiet: bool,
     begin: Option<Instant>,
     last_tick: Tick,
     formation: Option<FormationError>,
     events: u32,
 }
 
-impl Progress {
-    pub(super) fn new(scenario: &Scenario, quiet: bool) -> Self {
-        let target =
-            if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+impl<'a> Progress<'a> {
+    /// The progress of a flight of `scenario`; shows nothing if `is_quiet`.
+    pub(super) fn new(scenario: &'a Scenario, is_quiet: bool) -> Self {
+        let target = if is_quiet {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr_with_hz(DRAWS_PER_S)
+        };
         let bar = ProgressBar::with_draw_target(Some(scenario.last_tick().cast_unsigned()), target);
-        let style =
-            ProgressStyle::with_template("{bar:24} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
-        bar.set_style(style);
-        Self {
-            bar,
-            quiet,
-            rate_hz: scenario.time.rate_hz,
-            uavs: scenario.formation.uavs,
-            begin: None,
-            last_tick: Tick(0),
-            formation: None,
-            events: 0,
-        }
+        let style = ProgressStyle::with_template("{bar:24} {msg}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Self { scenario, bar, is_quiet, begin: None, last_tick: Tick(0), formation: None, events: 0 }
     }
 
     /// Prints `line` above the progress line.
-    pub(super) fn say(&self, line: &str) {
-        if !self.quiet {
-            // Nobody may be left to read it; the flight goes on.
+    pub(super) fn print(&self, line: &str) {
+        if !self.is_quiet {
+            // The flight goes on even if stderr is closed.
             self.bar.suspend(|| drop(writeln!(io::stderr(), "ringwing: {line}")));
         }
     }
 
     /// Prints an event.
-    pub(super) fn tell(&mut self, event: &Event) {
+    pub(super) fn print_event(&mut self, TimedEvent { tick, event }: &TimedEvent) {
         self.events += 1;
-        let level = match event.level {
+        let level = match event.level() {
             Level::Info => "info",
             Level::Warning => "warning",
             Level::Error => "error",
         };
-        self.say(&format!("{:8.2} s  {level}: {}", event.tick.seconds(self.rate_hz), event.text()));
+        let (time_s, text) = (tick.seconds(self.scenario.time.rate_hz), self.scenario.event_text(event));
+        self.print(&format!("{time_s:8.2} s  {level}: {text}"));
     }
 
-    pub(super) fn note(&mut self, formation: &FormationError) {
+    /// Shows this formation error from the next update on.
+    pub(super) fn set_formation_error(&mut self, formation: &FormationError) {
         self.formation = Some(*formation);
     }
 
-    /// Shows how far the flight is.
-    pub(super) fn show(&mut self, tick: Option<Tick>) {
+    /// Shows that the flight has come to `tick`.
+    pub(super) fn update(&mut self, tick: Option<Tick>) {
         let Some(tick) = tick else { return };
-        let elapsed_s = self.begin.get_or_insert_with(Instant::now).elapsed().as_secs_f64();
         self.last_tick = tick.max(Tick(0));
-        let flown_s = self.last_tick.seconds(self.rate_hz);
-        let formation = self.formation.map_or_else(
-            || "formation not measured yet".to_owned(),
-            |error| {
-                let FormationError { commanded, slot_error_max_m, .. } = error;
-                format!("{commanded} of {} in formation, slot error {slot_error_max_m:.2} m", self.uavs)
-            },
-        );
+        let elapsed_s = self.begin.get_or_insert_with(Instant::now).elapsed().as_secs_f64();
+        let flown_s = self.last_tick.seconds(self.scenario.time.rate_hz);
         let factor = if elapsed_s > 0.0 { flown_s / elapsed_s } else { 0.0 };
+        let (formation, events) = (self.formation_text(), self.events);
         self.bar.set_position(self.last_tick.0.cast_unsigned());
-        self.bar.set_message(format!("{flown_s:.1} s at {factor:.0}x, {formation}, {} events", self.events));
+        self.bar.set_message(format!("{flown_s:.1} s at {factor:.0}x, {formation}, {events} events"));
     }
 
-    pub(super) fn last_tick(&self) -> i64 {
-        self.last_tick.0
+    fn formation_text(&self) -> String {
+        let Some(FormationError { commanded, slot_error_max_m, .. }) = self.formation else {
+            return "formation not measured yet".into();
+        };
+        let uavs = self.scenario.formation.uavs;
+        format!("{commanded} of {uavs} in formation, slot error {slot_error_max_m:.2} m")
     }
 
+    /// The last tick that was shown.
+    pub(super) fn last_tick(&self) -> Tick {
+        self.last_tick
+    }
+
+    /// Removes the progress line.
     pub(super) fn finish(&self) {
         self.bar.finish_and_clear();
     }

@@ -1,24 +1,23 @@
-//! A flight as its log tells it: measured again, and in columns to draw.
+//! Reads a flight from its log: measures it again and collects columns to draw.
 //!
-//! Knows nothing but the log: the same file gives the same numbers on any machine.
+//! Never knows anything but the log: the same file gives the same numbers on every machine.
 
-use crate::summary::{Summary, Told};
-use foxglove::messages::Log as Event;
-use ringwing_flight::Latency;
+use crate::summary::{LogFindings, Summary};
+use ringwing_flight::{Event, Latency, TimedEvent};
 use ringwing_recorder::{
     Metrics,
-    frame::UavFrame,
-    reader::{ReadError, Reader, Replayed},
+    log::reader::{ReadError, Reader, Replayed},
+    metrics::{ControlTerms, UavFrame},
 };
 use ringwing_scenario::Scenario;
 use std::path::Path;
 
-/// A value for each tick, absent where there is none.
+/// One value for each tick of a flight; `None` if it does not exist at that tick.
 pub(crate) type Column = Vec<Option<f64>>;
 
-/// One UAV, tick by tick.
+/// The values of one UAV, tick by tick.
 #[derive(Debug, Default)]
-pub(crate) struct Track {
+pub(crate) struct UavColumns {
     pub(crate) x_m: Column,
     pub(crate) y_m: Column,
     pub(crate) next_distance_m: Column,
@@ -27,54 +26,56 @@ pub(crate) struct Track {
     pub(crate) speed_m_s: Column,
     pub(crate) turn_rate_rad_s: Column,
     pub(crate) repulsion_m: Column,
-    /// Of the oldest data it used.
+    /// Age of the oldest data that its agent used.
     pub(crate) age_s: Column,
 }
 
-/// Something that happened.
+/// An event of the flight as figures and tables show it.
 #[derive(Debug, Clone)]
-pub(crate) struct Happening {
+pub(crate) struct ShownEvent {
     pub(crate) time_s: f64,
+    /// The kind, such as `collision`.
     pub(crate) name: String,
     pub(crate) text: String,
 }
 
-/// The whole flight.
+/// A whole flight. All columns are as long as `times_s`: they hold the ticks in which the log has any UAV.
 #[derive(Debug)]
-pub(crate) struct Flight {
+pub(crate) struct LoggedFlight {
     pub(crate) scenario: Scenario,
     pub(crate) summary: Summary,
     pub(crate) times_s: Vec<f64>,
-    pub(crate) uavs: Vec<Track>,
+    /// UAV 1 first.
+    pub(crate) uavs: Vec<UavColumns>,
     pub(crate) leader_x_m: Column,
     pub(crate) leader_y_m: Column,
     pub(crate) closest_adjacent_m: Column,
     pub(crate) closest_other_m: Column,
     pub(crate) lyapunov_m2: Column,
     pub(crate) round_trip_us: Column,
-    pub(crate) happenings: Vec<Happening>,
+    pub(crate) events: Vec<ShownEvent>,
 }
 
-impl Flight {
+impl LoggedFlight {
     /// Reads the log at `path`.
     pub(crate) fn read(path: &Path) -> Result<Self, ReadError> {
         let mut reader = Reader::open(path)?;
         let scenario = reader.scenario()?;
-        let mut flight = Self::before(scenario);
-        let mut fold = Fold::new(&flight.scenario);
-        for tick in reader.ticks(flight.scenario.formation.uavs) {
-            fold.observe(&tick);
-            flight.take(&tick, &fold);
+        let mut flight = Self::empty(scenario);
+        let mut meter = FlightMeter::new(&flight.scenario);
+        for tick in reader.ticks(&flight.scenario) {
+            meter.observe(&tick);
+            flight.take(&tick, &meter);
         }
-        let told = fold.told(&reader, &flight);
-        flight.summary = Summary::of_log(&flight.scenario, told);
+        let findings = meter.findings(&reader, &flight);
+        flight.summary = Summary::of_log(&flight.scenario, findings);
         Ok(flight)
     }
 
-    fn before(scenario: Scenario) -> Self {
-        let uavs = (0..scenario.formation.uavs).map(|_| Track::default()).collect();
+    fn empty(scenario: Scenario) -> Self {
+        let uavs = (0..scenario.formation.uavs).map(|_| UavColumns::default()).collect();
         Self {
-            summary: Summary::of_log(&scenario, Told::default()),
+            summary: Summary::of_log(&scenario, LogFindings::default()),
             scenario,
             times_s: Vec::new(),
             uavs,
@@ -84,37 +85,37 @@ impl Flight {
             closest_other_m: Vec::new(),
             lyapunov_m2: Vec::new(),
             round_trip_us: Vec::new(),
-            happenings: Vec::new(),
+            events: Vec::new(),
         }
     }
 
-    fn take(&mut self, tick: &Replayed, fold: &Fold) {
+    /// Adds a tick, which `meter` has observed before.
+    fn take(&mut self, tick: &Replayed, meter: &FlightMeter) {
         let time_s = tick.frame.tick as f64 / f64::from(self.scenario.time.rate_hz);
-        self.happenings.extend(tick.lines.iter().map(|line| Happening::new(time_s, line)));
+        let event = |timed: &TimedEvent| ShownEvent {
+            time_s,
+            name: timed.event.name().into(),
+            text: self.scenario.event_text(&timed.event),
+        };
+        self.events.extend(tick.events.iter().map(event));
         if !tick.has_uavs() {
             return;
         }
         self.times_s.push(time_s);
-        for (track, uav) in self.uavs.iter_mut().zip(&tick.frame.uavs) {
-            track.take(uav);
+        for (columns, uav) in self.uavs.iter_mut().zip(&tick.frame.uavs) {
+            columns.take(uav);
         }
         self.leader_x_m.push(tick.leader.map(|leader| leader.x));
         self.leader_y_m.push(tick.leader.map(|leader| leader.y));
-        self.round_trip_us.push(tick.frame.timing.as_ref().map(|timing| timing.round_trip_us));
-        let moment = fold.metrics.moment();
+        self.round_trip_us.push(tick.timing.as_ref().map(|timing| timing.round_trip_us));
+        let moment = meter.metrics.moment();
         self.closest_adjacent_m.push(moment.closest.adjacent.map(|pair| pair.distance_m));
         self.closest_other_m.push(moment.closest.other.map(|pair| pair.distance_m));
         self.lyapunov_m2.push(moment.lyapunov_m2);
     }
 }
 
-impl Happening {
-    fn new(time_s: f64, line: &Event) -> Self {
-        Self { time_s, name: line.name.clone(), text: line.message.clone() }
-    }
-}
-
-impl Track {
+impl UavColumns {
     fn take(&mut self, uav: &UavFrame) {
         let (state, control) = (uav.state.as_ref(), uav.control.as_ref());
         self.x_m.push(state.map(|state| state.x_m));
@@ -124,31 +125,33 @@ impl Track {
         self.slot_error_m.push(state.and_then(|state| state.slot_error_m));
         self.speed_m_s.push(state.map(|state| state.speed_m_s));
         self.turn_rate_rad_s.push(state.map(|state| state.turn_rate_rad_s));
-        self.repulsion_m.push(control.map(|control| control.repulsion_m));
+        self.repulsion_m.push(control.map(ControlTerms::repulsion_length_m));
         let ages = control.map(|control| [control.previous_age_s, control.next_age_s, control.leader_age_s]);
         self.age_s.push(ages.and_then(|ages| ages.into_iter().flatten().reduce(f64::max)));
     }
 }
 
-/// The flight measured while it is read.
-struct Fold {
+/// Measures a flight while its log is read.
+struct FlightMeter {
     metrics: Metrics,
+    /// The tick after the last one that has UAVs.
     expected: i64,
+    /// Number of ticks missing between those.
     lost: u64,
     collisions: usize,
     messages: u64,
 }
 
-impl Fold {
+impl FlightMeter {
     fn new(scenario: &Scenario) -> Self {
         Self { metrics: Metrics::new(scenario), expected: 0, lost: 0, collisions: 0, messages: 0 }
     }
 
     fn observe(&mut self, tick: &Replayed) {
         self.messages += tick.messages;
-        self.collisions += tick.lines.iter().filter(|line| line.name == "collision").count();
-        for line in &tick.lines {
-            self.metrics.hear(tick.frame.tick, line);
+        for event in &tick.events {
+            self.collisions += usize::from(matches!(event.event, Event::Collision { .. }));
+            self.metrics.on_event(event);
         }
         if !tick.has_uavs() {
             return;
@@ -160,9 +163,13 @@ impl Fold {
         self.metrics.set_lost(self.lost);
     }
 
-    fn told<R: std::io::Read + std::io::Seek>(self, reader: &Reader<R>, flight: &Flight) -> Told {
+    fn findings<R: std::io::Read + std::io::Seek>(
+        self,
+        reader: &Reader<R>,
+        flight: &LoggedFlight,
+    ) -> LogFindings {
         let log = reader.path().display().to_string();
-        Told {
+        LogFindings {
             flight: self.metrics.summary(),
             ticks: (self.expected - 1).max(0),
             collisions: self.collisions,
@@ -176,12 +183,12 @@ impl Fold {
     }
 }
 
-/// Why the log does not tell a whole flight.
-fn failures<R: std::io::Read + std::io::Seek>(reader: &Reader<R>, flight: &Flight) -> Vec<String> {
+/// Why the log does not hold a whole flight.
+fn failures<R: std::io::Read + std::io::Seek>(reader: &Reader<R>, flight: &LoggedFlight) -> Vec<String> {
     let mut failures = Vec::new();
     let damages = reader.damages();
-    for damage in &damages.told {
-        failures.push(format!("the log is damaged at byte {}: {}", damage.offset, damage.what));
+    for damage in &damages.listed {
+        failures.push(format!("the log is damaged at byte {}: {}", damage.offset, damage.problem));
     }
     let last_s = flight.times_s.last().copied().unwrap_or_default();
     let whole_s = flight.scenario.time.duration_s;
@@ -193,6 +200,7 @@ fn failures<R: std::io::Read + std::io::Seek>(reader: &Reader<R>, flight: &Fligh
     failures
 }
 
+/// Percentiles of the round trips of all ticks, if the log has any.
 fn latency(round_trips_us: &Column) -> Option<Latency> {
     let mut sorted: Vec<f64> = round_trips_us.iter().flatten().copied().filter(|us| *us > 0.0).collect();
     sorted.sort_by(f64::total_cmp);

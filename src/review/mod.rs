@@ -1,14 +1,16 @@
 //! `ringwing review`: the verdict and the figures of a flight, from its log alone.
+//!
+//! Never changes the log, and never needs the folder of the run.
 
 mod figures;
 mod flight;
 mod page;
 mod table;
 
-pub(crate) use flight::Flight;
+pub(crate) use flight::LoggedFlight;
 
 use crate::tell;
-use page::Drawn;
+use page::DrawnFigure;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -17,20 +19,20 @@ use std::{
 
 /// Which flight to review.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    /// The log of a run: its `run.mcap`
+pub(crate) struct ReviewArgs {
+    /// Log of a run, its `run.mcap`
     log: PathBuf,
-    /// Folder for the page, the figures and their data; by default `review`, beside the log
+    /// Folder for the page, the figures and their data [default: `review` beside the log]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Print the summary as JSON, and draw only if --out is given
+    /// Print the summary as JSON, and draw figures only if --out is given
     #[arg(long)]
     json: bool,
 }
 
-/// Reviews; the exit code is that of the flight.
-pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
-    let flight = Flight::read(&args.log)?;
+/// Prints the summary and draws the figures; the exit code is that of the flight.
+pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
+    let flight = LoggedFlight::read(&args.log)?;
     let text = if args.json { flight.summary.to_json() } else { flight.summary.to_string() };
     tell(text.trim_end());
     let beside = || args.log.with_file_name("review");
@@ -44,14 +46,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     Ok(flight.summary.verdict.exit_code())
 }
 
-fn draw(flight: &Flight, folder: &Path) -> anyhow::Result<()> {
+fn draw(flight: &LoggedFlight, folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
     let mut drawn = Vec::new();
     for figure in figures::all(flight) {
         let svg = figure.chart.svg().map_err(|error| unwritable(folder, &error))?;
         write(&folder.join(format!("{}.svg", figure.name)), &svg)?;
         write(&folder.join(format!("{}.csv", figure.name)), figure.table.csv())?;
-        drawn.push(Drawn { name: figure.name, title: figure.title, text: figure.text, svg });
+        drawn.push(DrawnFigure { name: figure.name, title: figure.title, caption: figure.caption, svg });
     }
     write(&folder.join("index.html"), &page::page(flight, &drawn))
 }

@@ -1,15 +1,17 @@
-//! A figure's data as comma-separated values, all of them.
+//! The data of a figure as comma-separated values.
+//!
+//! Never thins the data: unlike the drawing, a table has every tick.
 
-use super::flight::{Column, Happening};
+use super::flight::{Column, ShownEvent};
 use std::fmt::Write;
 
-/// Columns with a heading each.
+/// Columns of equal length, each with a heading.
 pub(super) struct Table {
     text: String,
 }
 
 impl Table {
-    /// `columns` over time.
+    /// A table of `columns` over time; a value that does not exist is an empty cell.
     pub(super) fn new(times_s: &Column, columns: impl Iterator<Item = (String, Column)>) -> Self {
         let (names, columns): (Vec<String>, Vec<Column>) = columns.unzip();
         let mut text = format!("time_s,{}\n", names.join(","));
@@ -24,16 +26,17 @@ impl Table {
         Self { text }
     }
 
-    /// What happened.
-    pub(super) fn of_happenings(happenings: &[Happening]) -> Self {
+    /// A table of events.
+    pub(super) fn of_events(events: &[ShownEvent]) -> Self {
         let mut text = "time_s,name,text\n".to_owned();
-        for Happening { time_s, name, text: what } in happenings {
+        for ShownEvent { time_s, name, text: sentence } in events {
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "{time_s},{},{}", quoted(name), quoted(what));
+            let _ = writeln!(text, "{time_s},{},{}", quoted(name), quoted(sentence));
         }
         Self { text }
     }
 
+    /// The table as the content of a CSV file.
     pub(super) fn csv(&self) -> &str {
         &self.text
     }
@@ -46,6 +49,7 @@ fn push(text: &mut String, value: Option<f64>) {
     }
 }
 
+/// `text` in quotes, with the quotes in it doubled.
 fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }

@@ -1,12 +1,12 @@
-//! Where two messages differ, in words.
+//! Says in words where two messages differ.
 //!
-//! Knows no message by itself: fields are named by the descriptions in the logs.
+//! Never knows a message type itself: the schemas in the logs name the fields.
 
 use prost_reflect::{DescriptorPool, DynamicMessage, ReflectMessage, Value};
-use ringwing_recorder::reader::{Message, Schema};
+use ringwing_recorder::log::reader::{LogMessage, TopicSchema};
 use std::fmt;
 
-/// The first difference of two logs.
+/// The first difference between two logs, as a sentence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Difference(String);
 
@@ -17,28 +17,29 @@ impl fmt::Display for Difference {
 }
 
 impl Difference {
-    /// Of a message in the log and what was `flown` in its place.
-    pub(super) fn between(recorded: Option<&Message>, flown: Option<&Message>) -> Self {
-        let named = |message: &Message| format!("tick {}, {}", message.sequence, message.channel.topic);
+    /// The difference between a message of the log and the one that was `flown` in its place; `None` stands for a log that
+    /// is over.
+    pub(super) fn between(recorded: Option<&LogMessage>, flown: Option<&LogMessage>) -> Self {
+        let named = |message: &LogMessage| format!("tick {}, {}", message.sequence, message.topic.name);
         Self(match (recorded, flown) {
-            (Some(one), Some(other)) if one.channel.topic == other.channel.topic => {
+            (Some(one), Some(other)) if one.topic.name == other.topic.name => {
                 if one.sequence == other.sequence {
                     format!("{}: {}", named(one), field(one, other))
                 } else {
-                    format!("{}: was flown at tick {}", named(one), other.sequence)
+                    format!("{}: the flight has it at tick {}", named(one), other.sequence)
                 }
             }
-            (Some(one), Some(other)) => format!("{}: instead of it came {}", named(one), named(other)),
-            (Some(one), None) => format!("{}: is not flown, the flight is over", named(one)),
-            (None, Some(other)) => format!("{}: is flown and not in the log", named(other)),
-            (None, None) => "none".into(),
+            (Some(one), Some(other)) => format!("{}: the flight has {} instead", named(one), named(other)),
+            (Some(one), None) => format!("{}: missing from the flight, which is over", named(one)),
+            (None, Some(other)) => format!("{}: missing from the log", named(other)),
+            (None, None) => "no difference".into(),
         })
     }
 }
 
-/// The first field that differs, with both values.
-fn field(recorded: &Message, flown: &Message) -> String {
-    let decoded = |message: &Message| decode(message.channel.schema.as_deref()?, &message.data);
+/// The first field that differs, with both values; without a readable schema, the first byte.
+fn field(recorded: &LogMessage, flown: &LogMessage) -> String {
+    let decoded = |message: &LogMessage| decode(message.topic.schema.as_deref()?, &message.data);
     let difference = match (decoded(recorded), decoded(flown)) {
         (Some(one), Some(other)) => first_of_messages("", &one, &other),
         _ => None,
@@ -49,7 +50,7 @@ fn field(recorded: &Message, flown: &Message) -> String {
     })
 }
 
-fn decode(schema: &Schema, data: &[u8]) -> Option<DynamicMessage> {
+fn decode(schema: &TopicSchema, data: &[u8]) -> Option<DynamicMessage> {
     let pool = DescriptorPool::decode(schema.data.as_slice()).ok()?;
     DynamicMessage::decode(pool.get_message_by_name(&schema.name)?, data).ok()
 }
@@ -58,8 +59,12 @@ fn first_of_messages(path: &str, recorded: &DynamicMessage, flown: &DynamicMessa
     recorded.descriptor().fields().find_map(|field| {
         let path = if path.is_empty() { field.name().to_owned() } else { format!("{path}.{}", field.name()) };
         match (recorded.has_field(&field), flown.has_field(&field)) {
-            (true, false) if field.supports_presence() => Some(format!("{path} is recorded and not flown")),
-            (false, true) if field.supports_presence() => Some(format!("{path} is flown and not recorded")),
+            (true, false) if field.supports_presence() => {
+                Some(format!("{path} is in the log but not in the flight"))
+            }
+            (false, true) if field.supports_presence() => {
+                Some(format!("{path} is in the flight but not in the log"))
+            }
             _ => first_of_values(&path, &recorded.get_field(&field), &flown.get_field(&field)),
         }
     })
@@ -73,19 +78,23 @@ fn first_of_values(path: &str, recorded: &Value, flown: &Value) -> Option<String
             both.find_map(|(index, (one, other))| first_of_values(&format!("{path}.{index}"), one, other))
         }
         (Value::List(one), Value::List(other)) => {
-            Some(format!("{path} has {} entries, flown {}", one.len(), other.len()))
+            Some(format!("{path} has {} entries in the log, {} in the flight", one.len(), other.len()))
         }
-        // To the bit: -0 is not 0, and no number is itself.
+        // Compare bits: 0.0 equals -0.0 as a number, and NaN does not equal itself.
         (Value::F64(one), Value::F64(other)) if one.to_bits() == other.to_bits() => None,
-        (Value::F64(one), Value::F64(other)) => Some(format!("{path} is {one:?}, flown {other:?}")),
+        (Value::F64(one), Value::F64(other)) => {
+            Some(format!("{path} is {one:?} in the log, {other:?} in the flight"))
+        }
         _ if recorded == flown => None,
-        _ => Some(format!("{path} is {}, flown {}", shown(recorded), shown(flown))),
+        _ => Some(format!("{path} is {} in the log, {} in the flight", shown(recorded), shown(flown))),
     }
 }
 
-/// A value, cut where it is longer than a line.
+/// Longest text of a value, in characters. A longer one, such as a whole list, would fill the terminal.
+const LONGEST: usize = 60;
+
+/// The text of a value, shortened if it is long.
 fn shown(value: &Value) -> String {
-    const LONGEST: usize = 60;
     let whole = format!("{value:?}");
     let cut: String = whole.chars().take(LONGEST).collect();
     if cut.len() < whole.len() { cut + "..." } else { whole }
@@ -94,16 +103,16 @@ fn shown(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_recorder::{reader::Channel, schema::UavState};
+    use ringwing_recorder::{log::reader::Topic, schema::UavState};
     use std::rc::Rc;
 
-    fn message(tick: i64, x_m: f64) -> Message {
+    fn message(tick: i64, x_m: f64) -> LogMessage {
         let schema = <UavState as foxglove::Encode>::get_schema().unwrap();
-        let schema = Schema { name: schema.name, encoding: schema.encoding, data: schema.data.to_vec() };
-        let channel = Channel { topic: "/uav/003/state".into(), schema: Some(Rc::new(schema)) };
+        let schema = TopicSchema { name: schema.name, encoding: schema.encoding, data: schema.data.to_vec() };
+        let topic = Topic { name: "/uav/003/state".into(), schema: Some(Rc::new(schema)) };
         let state = UavState { tick, uav: 3, x_m, ..UavState::default() };
-        Message {
-            channel: Rc::new(channel),
+        LogMessage {
+            topic: Rc::new(topic),
             sequence: tick as u32,
             log_time: 0,
             data: prost::Message::encode_to_vec(&state),
@@ -111,18 +120,21 @@ mod tests {
     }
 
     #[test]
-    fn a_single_bit_is_named_with_both_values() {
+    fn a_field_that_differs_by_one_bit_is_named_with_both_values() {
         let (one, other) = (1.0_f64, f64::from_bits(1.0_f64.to_bits() + 1));
         let difference = Difference::between(Some(&message(7, one)), Some(&message(7, other)));
-        assert_eq!(difference.to_string(), "tick 7, /uav/003/state: x_m is 1.0, flown 1.0000000000000002");
+        assert_eq!(
+            difference.to_string(),
+            "tick 7, /uav/003/state: x_m is 1.0 in the log, 1.0000000000000002 in the flight"
+        );
     }
 
     #[test]
-    fn what_is_missing_is_named() {
+    fn a_missing_message_is_named() {
         let (one, none) = (message(7, 1.0), None);
-        let said = |a: Option<&Message>, b: Option<&Message>| Difference::between(a, b).to_string();
-        assert!(said(Some(&one), none).contains("the flight is over"));
-        assert!(said(none, Some(&one)).contains("not in the log"));
-        assert!(said(Some(&one), Some(&message(8, 1.0))).contains("was flown at tick 8"));
+        let said = |a: Option<&LogMessage>, b: Option<&LogMessage>| Difference::between(a, b).to_string();
+        assert!(said(Some(&one), none).contains("missing from the flight"));
+        assert!(said(none, Some(&one)).contains("missing from the log"));
+        assert!(said(Some(&one), Some(&message(8, 1.0))).contains("the flight has it at tick 8"));
     }
 }

@@ -1,6 +1,6 @@
-//! `ringwing verify`: flies a log's scenario again and compares every message that chance has no part in.
+//! `ringwing verify`: flies a log's scenario again and compares every message except wall-clock times.
 //!
-//! Never touches the log; the second flight has a temporary folder of its own.
+//! Never changes the log: the second flight has a temporary folder of its own.
 
 mod difference;
 
@@ -12,7 +12,7 @@ use crate::{
 use anyhow::bail;
 use difference::Difference;
 use ringwing_bus::Placement;
-use ringwing_recorder::reader::{Message, Reader};
+use ringwing_recorder::log::reader::{LogMessage, Reader};
 use ringwing_scenario::Scenario;
 use std::{
     collections::BTreeSet,
@@ -20,29 +20,18 @@ use std::{
     process::ExitCode,
 };
 
-/// Wall-clock times differ from run to run.
+/// The topic of wall-clock times, which differ from run to run.
 const TIMING: &str = "/timing";
-/// What happens to processes by chance: a flight in which it did is not repeatable.
-const BY_CHANCE: [&str; 7] = [
-    "process.lost",
-    "process.frozen",
-    "process.thawed",
-    "process.overdue",
-    "process.late",
-    "run.interrupted",
-    // Of the scenario's own faults nobody asks while the run goes on.
-    "fault.requested",
-];
 
 /// Which log to verify.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    /// The log of a lockstep run: its `run.mcap`
+pub(crate) struct VerifyArgs {
+    /// Log of a lockstep run, its `run.mcap`
     log: PathBuf,
 }
 
-/// Flies again and compares.
-pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
+/// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
+pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     let scenario = repeatable(&args.log)?;
     let folder = tempfile::tempdir()?;
     let plan = Plan {
@@ -77,29 +66,31 @@ fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
     }
 }
 
-/// The scenario of a log that the same build must be able to repeat.
+/// The scenario of the log; an error if the flight cannot be repeated.
 fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     let mut reader = Reader::open(log)?;
     let scenario = reader.scenario()?;
     let not = format!("log {}: is not repeatable", log.display());
     if scenario.time.real_time {
-        bail!("{not}: it is of a real-time run, whose flight depends on the wall clock; fly it in lockstep");
+        bail!(
+            "{not}: it is the log of a real-time run, which depends on the wall clock; fly the scenario in lockstep"
+        );
     }
-    for tick in reader.ticks(scenario.formation.uavs) {
-        if let Some(line) = tick.lines.iter().find(|line| BY_CHANCE.contains(&line.name.as_str())) {
-            bail!("{not}: at tick {} this happened by chance: {}", tick.frame.tick, line.message);
+    for tick in reader.ticks(&scenario) {
+        if let Some(event) = tick.events.iter().find(|event| event.event.is_by_chance()) {
+            bail!("{not}: at {} this happened by chance: {}", event.tick, scenario.event_text(&event.event));
         }
     }
-    if let Some(damage) = reader.damages().told.first() {
-        bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.what);
+    if let Some(damage) = reader.damages().listed.first() {
+        bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.problem);
     }
     if reader.result().is_none_or(|result| result.get("verdict").is_none_or(|verdict| verdict == "failed")) {
-        bail!("{not}: its flight did not come to its end");
+        bail!("{not}: the flight did not complete");
     }
     Ok(scenario)
 }
 
-/// How many messages are equal in both logs, or the first that is not.
+/// The number of messages if all are equal in both logs, or else the first difference.
 fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> {
     let messages = |path: &Path| Reader::open(path).map(|reader| reader.filter(is_compared));
     let (mut recorded, mut flown) = (messages(log)?, messages(again)?);
@@ -113,10 +104,10 @@ fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> 
     }
 }
 
-fn is_compared(message: &Message) -> bool {
-    message.channel.topic != TIMING
+fn is_compared(message: &LogMessage) -> bool {
+    message.topic.name != TIMING
 }
 
-fn is_same(one: &Message, other: &Message) -> bool {
-    one.channel.topic == other.channel.topic && one.sequence == other.sequence && one.data == other.data
+fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
+    one.topic.name == other.topic.name && one.sequence == other.sequence && one.data == other.data
 }

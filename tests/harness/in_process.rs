@@ -1,10 +1,10 @@
 //! A whole flight in one process, from the pure modules alone: what the processes must agree with, to the bit.
 
 use ringwing_agent::{Decision, Pilot};
-use ringwing_flight::{LeaderState, Tick, UavId};
+use ringwing_flight::{Event, LeaderState, Tick, UavId};
 use ringwing_leader::Path;
 use ringwing_scenario::{Scenario, start};
-use ringwing_world::{Happening, Sky};
+use ringwing_world::Sky;
 
 /// A swarm, its leader and its sky.
 pub struct Flight {
@@ -26,7 +26,7 @@ impl Flight {
             count,
             pilots: UavId::all(count).map(|uav| Pilot::new(scenario, uav)).collect(),
             path: Path::new(scenario),
-            sky: Sky::new(scenario, &start::places(scenario).expect("the UAVs find room")),
+            sky: Sky::new(scenario, &start::states(scenario).expect("the UAVs find room")),
             decisions: vec![None; count as usize],
             led: None,
         }
@@ -38,7 +38,7 @@ impl Flight {
     }
 
     /// Lets everybody hear what was sent in the tick before, decide, and fly on to the next tick.
-    pub fn step(&mut self) -> Vec<Happening> {
+    pub fn step(&mut self) -> Vec<Event> {
         let now = self.sky.now();
         self.deliver();
         self.decisions = self.pilots.iter_mut().map(|pilot| pilot.fly(now)).collect();
@@ -53,15 +53,15 @@ impl Flight {
         let now = self.sky.now();
         for (uav, pilot) in UavId::all(self.count).zip(&mut self.pilots) {
             if let Some(senses) = self.sky.senses(uav) {
-                pilot.sense(&senses);
+                pilot.receive_sensed(&senses);
             }
             for neighbour in pilot.listened().to_vec() {
                 if let Some(decision) = &self.decisions[neighbour.index()] {
-                    pilot.hear(&decision.state, now);
+                    pilot.receive_state(&decision.state, now);
                 }
             }
             if let Some(led) = &self.led {
-                pilot.hear_leader(led);
+                pilot.receive_leader(led);
             }
         }
     }

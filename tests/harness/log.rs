@@ -1,10 +1,6 @@
-//! Reads a log as anybody would who has the `mcap` crate and the recorded field names.
+//! Reads a log with nothing but the `mcap` crate and the recorded field names, as any program can.
 
-use ringwing_recorder::{
-    faults::Faults,
-    links::LinkCounts,
-    schema::{UavControl, UavState},
-};
+use ringwing_recorder::schema::{Faults, LinkCounts, UavControl, UavState};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The messages of a log, topic by topic.

@@ -1,24 +1,25 @@
-//! One fixed-wing UAV's body: flies what it is told, within what it can.
+//! The body of one fixed-wing UAV: flies the motion of Eq. (1) as commanded, within the limits of Eq. (2).
 //!
-//! Never trusts a command: whatever an agent sends, Eq. (2) holds, and a silent agent's airframe takes care of itself.
+//! Never trusts a command: the airframe stays within its limits whatever an agent sends, and its failsafe takes over
+//! when the agent stays silent.
 
 use nalgebra::Point2;
 use ringwing_flight::{Command, FlightMode, Pose, Tick, UavId};
 use ringwing_scenario::{Failsafe, Scenario, StartState};
 
-/// Why a command was not taken.
+/// Why an airframe does not take a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// A speed or turn rate is not a finite number.
+    /// The speed or turn rate is not a finite number.
     #[error("not a finite number")]
     NotFinite,
-    /// It says that another UAV sent it.
+    /// The command says that another UAV sent it.
     #[error("another UAV's command")]
     NotItsOwn,
-    /// It is not newer than the one before, or older than the airframe waits for.
+    /// The command is not newer than the last one, or is older than the command timeout.
     #[error("a stale command")]
     Stale,
-    /// It answers a tick that has not come yet.
+    /// The command answers a tick that has not come yet.
     #[error("a command from the future")]
     FromTheFuture,
     /// The airframe has left the sky.
@@ -34,7 +35,8 @@ pub struct Airframe {
     speed_m_s: f64,
     turn_rate_rad_s: f64,
     mode: FlightMode,
-    newest_command: Tick,
+    /// The tick of the newest command taken, `None` before the first.
+    newest_command: Option<Tick>,
     abilities: Abilities,
 }
 
@@ -70,27 +72,27 @@ impl Airframe {
             speed_m_s: start.speed_m_s,
             turn_rate_rad_s: 0.0,
             mode: FlightMode::COMMANDED,
-            newest_command: Tick::APPROACH,
+            newest_command: None,
             abilities,
         }
     }
 
-    /// Which UAV it is.
+    /// The UAV it belongs to.
     pub fn uav(&self) -> UavId {
         self.uav
     }
 
-    /// Where it is and where it heads.
+    /// Position and heading.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// Speed and turn rate over the last tick.
+    /// Speed in m/s and turn rate in rad/s over the last tick, or those just commanded.
     pub fn rates(&self) -> (f64, f64) {
         (self.speed_m_s, self.turn_rate_rad_s)
     }
 
-    /// Who flies it.
+    /// What flies it: commands, or its failsafe.
     pub fn mode(&self) -> FlightMode {
         self.mode
     }
@@ -100,24 +102,39 @@ impl Airframe {
         self.mode != FlightMode::VANISHED
     }
 
-    /// Takes a command at `now`, cut to what the airframe can do.
+    /// Whether it flies on commands.
+    pub fn is_commanded(&self) -> bool {
+        self.mode == FlightMode::COMMANDED
+    }
+
+    /// The tick of the newest command taken, `None` before the first.
+    pub fn newest_command(&self) -> Option<Tick> {
+        self.newest_command
+    }
+
+    /// Takes a command at `now`, clamped to the airframe's limits.
+    ///
+    /// A withheld command asks for nothing: the airframe goes on as if its agent were silent.
     pub fn accept(&mut self, command: &Command, now: Tick) -> Result<(), Refusal> {
+        if command.uav != self.uav {
+            return Err(Refusal::NotItsOwn);
+        }
+        if command.withheld != 0 {
+            return Ok(());
+        }
         self.check(command, now)?;
         let Abilities { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s, .. } = self.abilities;
         self.speed_m_s = command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s);
         self.turn_rate_rad_s = command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s);
-        self.newest_command = command.tick;
+        self.newest_command = Some(command.tick);
         self.mode = FlightMode::COMMANDED;
         Ok(())
     }
 
     fn check(&self, command: &Command, now: Tick) -> Result<(), Refusal> {
-        let is_first = command.tick == Tick::APPROACH && now == Tick::APPROACH;
-        let is_newer = command.tick > self.newest_command || is_first;
+        let is_newer = self.newest_command.is_none_or(|newest| command.tick > newest);
         if !self.is_flying() {
             Err(Refusal::Vanished)
-        } else if command.uav != self.uav {
-            Err(Refusal::NotItsOwn)
         } else if !(command.speed_m_s.is_finite() && command.turn_rate_rad_s.is_finite()) {
             Err(Refusal::NotFinite)
         } else if command.tick > now {
@@ -129,10 +146,11 @@ impl Airframe {
         }
     }
 
-    /// Flies from `now` to the next tick; returns whether the failsafe took over.
+    /// Flies from `now` to the next tick. Returns whether the failsafe takes over.
     pub fn step(&mut self, now: Tick) -> bool {
-        let silent = now.since(self.newest_command) >= self.abilities.timeout_ticks;
-        let takes_over = silent && self.mode == FlightMode::COMMANDED;
+        // An agent that has sent nothing yet counts as silent since the flight's first tick.
+        let silent_ticks = now.since(self.newest_command.unwrap_or(Tick::APPROACH));
+        let takes_over = silent_ticks >= self.abilities.timeout_ticks && self.is_commanded();
         if takes_over {
             self.enter_failsafe();
         }
@@ -169,14 +187,14 @@ mod tests {
     }
 
     #[test]
-    fn it_arrives_at_its_start_when_the_flight_begins() {
+    fn an_airframe_arrives_at_its_start_when_the_flight_begins() {
         let mut airframe = airframe(Failsafe::Loiter);
         airframe.step(Tick::APPROACH);
         assert!((airframe.pose().position - Point2::from(START.position_m)).norm() < 1e-12);
     }
 
     #[test]
-    fn commands_out_of_their_time_or_place_are_refused() {
+    fn stale_early_malformed_and_foreign_commands_are_refused() {
         let mut airframe = airframe(Failsafe::Loiter);
         assert_eq!(airframe.accept(&command(5, 15.0, 0.0), Tick(5)), Ok(()));
         assert_eq!(airframe.accept(&command(5, 15.0, 0.0), Tick(6)), Err(Refusal::Stale));
@@ -188,14 +206,33 @@ mod tests {
     }
 
     #[test]
-    fn a_late_command_is_better_than_none() {
+    fn the_first_command_may_be_of_the_tick_before_the_flight() {
+        let mut airframe = airframe(Failsafe::Loiter);
+        assert_eq!(airframe.accept(&command(-1, 15.0, 0.0), Tick::APPROACH), Ok(()));
+        assert_eq!(airframe.accept(&command(-1, 15.0, 0.0), Tick::APPROACH), Err(Refusal::Stale));
+    }
+
+    #[test]
+    fn a_withheld_command_changes_nothing() {
+        for failsafe in [Failsafe::Loiter, Failsafe::Vanish] {
+            let (mut airframe, mut silent) = (airframe(failsafe), airframe(failsafe));
+            for tick in (0..100).map(Tick) {
+                assert_eq!(airframe.accept(&Command::withheld(tick, UavId(3)), tick), Ok(()));
+                assert_eq!(airframe.step(tick), silent.step(tick));
+            }
+            assert_eq!(airframe, silent);
+        }
+    }
+
+    #[test]
+    fn a_late_command_is_still_flown() {
         let mut airframe = airframe(Failsafe::Loiter);
         assert_eq!(airframe.accept(&command(5, 20.0, 0.1), Tick(8)), Ok(()));
         assert_eq!(airframe.rates(), (20.0, 0.1));
     }
 
     #[test]
-    fn half_a_second_of_silence_and_the_failsafe_flies() {
+    fn the_failsafe_takes_over_after_half_a_second_of_silence() {
         for (failsafe, mode, rates) in [
             (Failsafe::Loiter, FlightMode::LOITER, (12.0, 0.25)),
             (Failsafe::Hold, FlightMode::HOLD, (20.0, 0.0)),
@@ -210,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_that_speaks_again_flies_again_unless_its_uav_has_vanished() {
+    fn a_new_command_ends_the_failsafe_unless_the_uav_has_vanished() {
         for (failsafe, answer) in [(Failsafe::Loiter, Ok(())), (Failsafe::Vanish, Err(Refusal::Vanished))] {
             let mut airframe = airframe(failsafe);
             for tick in 0..100 {
@@ -223,7 +260,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_is_commanded_the_airframe_keeps_its_limits(speed in any::<f64>(), turn_rate in any::<f64>()) {
+        fn an_airframe_keeps_its_limits_whatever_is_commanded(speed in any::<f64>(), turn_rate in any::<f64>()) {
             let mut airframe = airframe(Failsafe::Hold);
             let taken = airframe.accept(&command(0, speed, turn_rate), Tick(0));
             prop_assert_eq!(taken.is_ok(), speed.is_finite() && turn_rate.is_finite());

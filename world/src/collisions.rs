@@ -1,22 +1,25 @@
-//! What has run into what.
+//! Which UAVs have run into each other or into an obstacle.
+//!
+//! Never reports a contact twice while it lasts.
 
 use crate::Airframe;
 use ringwing_flight::{Collider, UavId};
-use ringwing_scenario::Obstacle;
+use ringwing_scenario::ObstacleSection;
 use std::collections::BTreeSet;
 
-/// Finds collisions, each once, when it begins.
+/// Finds each collision once, in the tick in which it begins.
 #[derive(Debug, Clone)]
 pub(crate) struct Collisions {
     distance_m: f64,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<ObstacleSection>,
+    /// The contacts of the last tick.
     touching: BTreeSet<(UavId, Collider)>,
-    /// Indices of the airframes, sorted by x when last looked at: nearly so still.
+    /// Indices of the airframes, sorted by x in the last tick. They are still nearly sorted, so sorting again is cheap.
     by_x: Vec<usize>,
 }
 
 impl Collisions {
-    pub(crate) fn new(distance_m: f64, obstacles: &[Obstacle], uavs: usize) -> Self {
+    pub(crate) fn new(distance_m: f64, obstacles: &[ObstacleSection], uavs: usize) -> Self {
         Self {
             distance_m,
             obstacles: obstacles.to_vec(),
@@ -25,7 +28,7 @@ impl Collisions {
         }
     }
 
-    /// The collisions that began since the last call.
+    /// The collisions that began since the last call, in the order of UAVs.
     pub(crate) fn begun(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
         let touching: BTreeSet<_> =
             self.pairs(airframes).into_iter().chain(self.crashes(airframes)).collect();
@@ -34,7 +37,7 @@ impl Collisions {
         begun
     }
 
-    /// UAVs inside an obstacle: d <= `R_obs`.
+    /// UAVs inside an obstacle: distance from its centre d <= `R_obs`.
     fn crashes(&self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
         let mut found = Vec::new();
         for (index, obstacle) in self.obstacles.iter().enumerate() {
@@ -49,7 +52,8 @@ impl Collisions {
         found
     }
 
-    /// Pairs of UAVs closer than the collision distance: only those close in x can be.
+    /// Pairs of UAVs closer than the collision distance. Only UAVs that close in x alone can be, so each UAV is compared
+    /// with the next few in x instead of with all others.
     fn pairs(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
         let x = |index: usize| airframes[index].pose().position.x;
         self.by_x.sort_by(|a, b| x(*a).total_cmp(&x(*b)));
@@ -87,19 +91,19 @@ mod tests {
     }
 
     #[test]
-    fn uavs_that_are_close_collide_once() {
+    fn a_collision_is_reported_once_until_the_uavs_have_parted() {
         let mut collisions = Collisions::new(2.0, &[], 4);
         let flying = airframes(&[[0.0, 0.0], [100.0, 0.0], [1.5, 0.5], [0.0, 50.0]]);
         assert_eq!(collisions.begun(&flying), [(UavId(1), Collider::Uav(UavId(3)))]);
         assert_eq!(collisions.begun(&flying), []);
         let apart = airframes(&[[0.0, 0.0], [100.0, 0.0], [5.0, 0.5], [0.0, 50.0]]);
         assert_eq!(collisions.begun(&apart), []);
-        assert_eq!(collisions.begun(&flying).len(), 1, "met again");
+        assert_eq!(collisions.begun(&flying).len(), 1, "the UAVs had parted");
     }
 
     #[test]
-    fn an_obstacle_is_hit_at_its_edge() {
-        let obstacle = Obstacle {
+    fn a_uav_collides_with_an_obstacle_at_its_edge() {
+        let obstacle = ObstacleSection {
             name: "mast".into(),
             position_m: [0.0, 0.0],
             radius_m: 10.0,
@@ -111,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pair_is_found_that_a_full_search_finds() {
+    fn the_search_by_x_finds_every_pair_that_a_full_search_finds() {
         // Steps of the golden ratio and of a root fill the square evenly, without order in x.
         let place = |i: i32| [f64::from(i) * 0.618_034 % 1.0 * 30.0, f64::from(i) * 0.414_213 % 1.0 * 30.0];
         let places: Vec<[f64; 2]> = (0..400).map(place).collect();

@@ -1,18 +1,18 @@
 //! Time, airframes, obstacles and collisions.
 //!
-//! [`airframe`] is one UAV's body, [`sky`] all of them among the obstacles, and [`process`] the operating-system process
-//! that integrates them tick by tick.
+//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, [`sky`] all of
+//! them among the obstacles, and [`airspace`] what a tick does to them and the account of that. [`process`] is the
+//! operating-system process that drives the airspace.
 //!
-//! Never knows of the formation: what the UAVs are up to is theirs.
+//! Never knows the formation: where the UAVs should be is the agents' business.
 
 pub mod airframe;
-mod answers;
+pub mod airspace;
 mod collisions;
-mod ports;
 pub mod process;
 pub mod sky;
-mod tally;
 
 pub use airframe::{Airframe, Refusal};
-pub use process::{Args, WorldError, run};
+pub use airspace::{Airspace, CommandCounts};
+pub use process::{Args, run};
 pub use sky::Sky;

@@ -1,23 +1,23 @@
-//! All airframes among the obstacles: what they sense, and what happens when time moves on.
+//! All airframes among the obstacles: what they sense, and what happens from one tick to the next.
 //!
-//! Knows nothing of processes, services or clocks; the same commands give the same flight, to the bit.
+//! Never knows processes, services or clocks: the same commands give the same flight, to the bit.
 
 use crate::{Airframe, Refusal, collisions::Collisions};
 use ringwing_flight::{Command, Event, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
-use ringwing_scenario::{Obstacle, Scenario, StartState};
+use ringwing_scenario::{ObstacleSection, Scenario, StartState};
 
-/// The world's truth.
+/// The true state of the flight: every airframe, and every obstacle.
 #[derive(Debug, Clone)]
 pub struct Sky {
     now: Tick,
     airframes: Vec<Airframe>,
-    obstacles: Vec<Obstacle>,
+    obstacles: Vec<ObstacleSection>,
     sensing_range_m: f64,
     collisions: Collisions,
 }
 
 impl Sky {
-    /// The sky of `scenario` one tick before the flight begins, with UAVs on their way to `starts`.
+    /// The sky of `scenario` one tick before the flight begins, with UAVs on their way to `starts`, UAV 1 first.
     pub fn new(scenario: &Scenario, starts: &[StartState]) -> Self {
         let airframes: Vec<_> = UavId::all(scenario.formation.uavs)
             .zip(starts)
@@ -33,7 +33,7 @@ impl Sky {
         }
     }
 
-    /// The moment it shows.
+    /// The tick at which everything in it is.
     pub fn now(&self) -> Tick {
         self.now
     }
@@ -43,7 +43,7 @@ impl Sky {
         &self.airframes
     }
 
-    /// What `uav` senses now; `None` once it has left the sky.
+    /// What `uav` senses now, `None` once it has left the sky.
     pub fn senses(&self, uav: UavId) -> Option<Sensed> {
         let airframe = &self.airframes[uav.index()];
         if !airframe.is_flying() {
@@ -65,11 +65,14 @@ impl Sky {
         })
     }
 
-    /// The nearest obstacles whose edge is in range, how many they are, and how many more there were.
+    /// The obstacles whose edge is in range, nearest first; their count; and the count of those that did not fit.
     fn obstacles_near(&self, airframe: &Airframe) -> ([SensedObstacle; MAX_SENSED_OBSTACLES], u32, u32) {
         let own = airframe.pose().position;
-        let to_edge_m = |one: &Obstacle| (own - nalgebra::Point2::from(one.position_m)).norm() - one.radius_m;
-        let mut near: Vec<(f64, &Obstacle)> = self
+        // Negative inside an obstacle, which sorts first.
+        let to_edge_m =
+            |one: &ObstacleSection| (own - nalgebra::Point2::from(one.position_m)).norm() - one.radius_m;
+        // An empty list, the usual case, allocates nothing.
+        let mut near: Vec<(f64, &ObstacleSection)> = self
             .obstacles
             .iter()
             .map(|obstacle| (to_edge_m(obstacle), obstacle))
@@ -78,19 +81,20 @@ impl Sky {
         near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let mut sensed = [SensedObstacle::default(); MAX_SENSED_OBSTACLES];
         for (place, (_, obstacle)) in sensed.iter_mut().zip(&near) {
-            let Obstacle { position_m, radius_m, braking_distance_m, .. } = **obstacle;
+            let ObstacleSection { position_m, radius_m, braking_distance_m, .. } = **obstacle;
             *place = SensedObstacle { position_m, radius_m, braking_distance_m };
         }
         let count = near.len().min(MAX_SENSED_OBSTACLES);
         (sensed, count as u32, (near.len() - count) as u32)
     }
 
-    /// Takes the command that UAV `to`'s agent sent.
+    /// Offers a command to the airframe of UAV `to`.
     pub fn accept(&mut self, to: UavId, command: &Command) -> Result<(), Refusal> {
         self.airframes[to.index()].accept(command, self.now)
     }
 
-    /// Flies everybody on to the next tick.
+    /// Flies all airframes to the next tick. Returns failsafes that took over, UAV 1 first, then collisions that began,
+    /// in the order of UAVs.
     pub fn step(&mut self) -> Vec<Event> {
         let mut events = Vec::new();
         for airframe in self.airframes.iter_mut().filter(|airframe| airframe.is_flying()) {
@@ -112,8 +116,8 @@ mod tests {
     use super::*;
     use ringwing_flight::Collider;
 
-    fn mast(number: u32, x: f64) -> Obstacle {
-        Obstacle {
+    fn mast(number: u32, x: f64) -> ObstacleSection {
+        ObstacleSection {
             name: format!("mast {number}"),
             position_m: [x, 0.0],
             radius_m: 1.0,
@@ -121,7 +125,7 @@ mod tests {
         }
     }
 
-    fn sky_at_origin(obstacles: Vec<Obstacle>) -> Sky {
+    fn sky_at_origin(obstacles: Vec<ObstacleSection>) -> Sky {
         let mut scenario = Scenario { obstacles, ..Scenario::default() };
         scenario.formation.uavs = 3;
         let at = |x: f64| StartState { position_m: [x, 0.0], heading_deg: 0.0, speed_m_s: 15.0 };
@@ -131,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn obstacles_in_range_are_sensed_nearest_first_and_the_rest_is_counted() {
+    fn the_nearest_obstacles_in_range_are_sensed_and_the_others_counted() {
         let sky = sky_at_origin((1..=12).rev().map(|n| mast(n, f64::from(n) * 10.0)).collect());
         let senses = sky.senses(UavId(1)).unwrap();
         let x: Vec<f64> = senses.obstacles().iter().map(|obstacle| obstacle.position_m[0]).collect();
@@ -140,13 +144,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_range_is_not_sensed() {
+    fn an_obstacle_is_sensed_once_its_edge_is_in_range() {
         let sky = sky_at_origin(vec![mast(1, 150.9), mast(2, 151.1)]);
         assert_eq!(sky.senses(UavId(1)).unwrap().obstacles().len(), 1);
     }
 
     #[test]
-    fn a_uav_that_has_vanished_senses_nothing_and_meets_nobody() {
+    fn a_vanished_uav_senses_nothing_and_collides_with_nothing() {
         let mut scenario = Scenario { obstacles: vec![mast(1, 15.0)], ..Scenario::default() };
         scenario.formation.uavs = 3;
         scenario.airframe.failsafe = ringwing_scenario::Failsafe::Vanish;
@@ -159,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_collision_says_who_met_what_and_where() {
+    fn a_collision_event_has_the_uav_the_obstacle_and_the_position() {
         let mut sky = sky_at_origin(vec![mast(1, 4.0)]);
         let events: Vec<_> = (0..40).flat_map(|_| sky.step()).collect();
         let [Event::Collision { uav, with, position_m }] = events.as_slice() else {

@@ -1,9 +1,11 @@
-//! From force to command: Eq. (5), (6), (11) and (12).
+//! From force to control input, Eq. (5), (6), (11) and (12).
+//!
+//! Never knows which terms the force consists of.
 
 use nalgebra::Vector2;
 use ringwing_flight::direction;
 
-/// What the control inputs can be, Eq. (2).
+/// The airframe's limits on the control inputs, Eq. (2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     speed_min_m_s: f64,
@@ -11,13 +13,13 @@ pub struct Limits {
     turn_rate_max_rad_s: f64,
 }
 
-/// Limits that no airframe has.
+/// Why limits are invalid.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum LimitsError {
-    /// Eq. (2) wants `0 < v_min <= v_max`.
+    /// Eq. (2) requires `0 < v_min <= v_max`.
     #[error("speed limits {0} and {1} m/s: the lower must be above 0 and not above the upper")]
     Speed(f64, f64),
-    /// Eq. (2) wants a turn rate above zero.
+    /// Eq. (2) requires a turn rate above zero.
     #[error("turn rate limit {0} rad/s must be above 0")]
     TurnRate(f64),
 }
@@ -29,9 +31,9 @@ impl Limits {
         speed_max_m_s: f64,
         turn_rate_max_rad_s: f64,
     ) -> Result<Self, LimitsError> {
-        let speeds_make_sense =
+        let speeds_are_valid =
             speed_min_m_s > 0.0 && speed_min_m_s <= speed_max_m_s && speed_max_m_s.is_finite();
-        if !speeds_make_sense {
+        if !speeds_are_valid {
             return Err(LimitsError::Speed(speed_min_m_s, speed_max_m_s));
         }
         if !(turn_rate_max_rad_s > 0.0 && turn_rate_max_rad_s.is_finite()) {
@@ -43,7 +45,7 @@ impl Limits {
 
 /// The control inputs of Eq. (1).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Control {
+pub struct ControlInput {
     /// `v_i`.
     pub speed_m_s: f64,
     /// `omega_i`.
@@ -55,14 +57,18 @@ pub fn speed_force(leader_speed_m_s: f64, leader_heading_rad: f64) -> Vector2<f6
     direction(leader_heading_rad) * leader_speed_m_s
 }
 
-/// Eq. (6): the force along the heading is the speed, the force across it the turn rate.
+/// Eq. (6): the force along the heading is the speed, the force across it is the turn rate.
 ///
-/// `force` is `-f_i + f_v`, and `f_obs` on top of it near obstacles. The paper reads metres as rad/s across the heading;
-/// `heading_gain_rad_per_m` is the factor that this implies, 1 in the paper.
-pub fn formation_control(force: &Vector2<f64>, heading_rad: f64, heading_gain_rad_per_m: f64) -> Control {
+/// `force` is `-f_i + f_v`, plus `f_obs` near obstacles. The paper uses metres across the heading as rad/s. That implies a
+/// factor, `heading_gain_rad_per_m`, which is 1 in the paper.
+pub fn formation_control(
+    force: &Vector2<f64>,
+    heading_rad: f64,
+    heading_gain_rad_per_m: f64,
+) -> ControlInput {
     let along = direction(heading_rad);
     let across = Vector2::new(-along.y, along.x);
-    Control { speed_m_s: along.dot(force), turn_rate_rad_s: heading_gain_rad_per_m * across.dot(force) }
+    ControlInput { speed_m_s: along.dot(force), turn_rate_rad_s: heading_gain_rad_per_m * across.dot(force) }
 }
 
 /// `sat(x, a, b)` of Eq. (11), for `a <= b`.
@@ -76,12 +82,12 @@ pub fn saturate(x: f64, a: f64, b: f64) -> f64 {
     }
 }
 
-/// Eq. (12): [`formation_control`]'s inputs cut to what the airframe can do.
-pub fn saturated_control(wish: &Control, limits: &Limits) -> Control {
+/// Eq. (12): `input` within what the airframe can do.
+pub fn saturated_control(input: &ControlInput, limits: &Limits) -> ControlInput {
     let Limits { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s } = *limits;
-    Control {
-        speed_m_s: saturate(wish.speed_m_s, speed_min_m_s, speed_max_m_s),
-        turn_rate_rad_s: saturate(wish.turn_rate_rad_s, -turn_rate_max_rad_s, turn_rate_max_rad_s),
+    ControlInput {
+        speed_m_s: saturate(input.speed_m_s, speed_min_m_s, speed_max_m_s),
+        turn_rate_rad_s: saturate(input.turn_rate_rad_s, -turn_rate_max_rad_s, turn_rate_max_rad_s),
     }
 }
 

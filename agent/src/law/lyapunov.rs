@@ -1,23 +1,25 @@
 //! The Lyapunov candidate of Theorem 1 and its rate, Eq. (7) and (10).
+//!
+//! Never part of a command: only tests of the law use it.
 
 use super::{Field, displacement, potential_forces};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::direction;
 
-/// One UAV of a swarm, with what its law measures it against.
+/// One UAV of a swarm, with what its law measures its position against.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flyer {
     /// `p_i`.
     pub position: Point2<f64>,
     /// `theta_i`.
     pub heading_rad: f64,
-    /// Its surroundings at this moment.
+    /// What Eq. (3) measures its position against.
     pub field: Field,
 }
 
-/// V of Eq. (7): zero in the standard formation with all headings the leader's, positive elsewhere.
+/// V of Eq. (7), in m^2: zero in the standard formation with every heading equal to the leader's, positive elsewhere.
 ///
-/// A pair's distance is counted half at each of the two. The last term follows the paper, which adds m/s to m^2.
+/// Each UAV of a pair counts half of the pair's term. The heading term follows the paper, which adds m/s to m^2.
 pub fn lyapunov_candidate(flyers: &[Flyer], leader_speed_m_s: f64, leader_heading_rad: f64) -> f64 {
     flyers.iter().map(|flyer| candidate_of(flyer, leader_speed_m_s, leader_heading_rad)).sum()
 }
@@ -34,9 +36,9 @@ fn candidate_of(flyer: &Flyer, leader_speed_m_s: f64, leader_heading_rad: f64) -
     neighbours + stretched(centre, 0.5) + slot + heading
 }
 
-/// dV/dt of Eq. (10) under the unsaturated law (6): never positive.
+/// dV/dt of Eq. (10) under the unsaturated law, Eq. (6): never positive.
 ///
-/// Holds where the communication graph is undirected: each of two neighbours feels the other.
+/// Requires an undirected communication graph: of two neighbours, each one's law has a term for the other.
 pub fn lyapunov_rate(flyers: &[Flyer], leader_speed_m_s: f64, leader_heading_rad: f64) -> f64 {
     let leader: Vector2<f64> = direction(leader_heading_rad) * leader_speed_m_s;
     let rate_of = |flyer: &Flyer| {

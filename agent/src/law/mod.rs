@@ -1,6 +1,6 @@
-//! The control law of the paper, one small function for each of its equations.
+//! The control law of the paper: one small function for each equation.
 //!
-//! Knows points, vectors and numbers; never messages, ticks or files.
+//! Knows points, vectors and numbers. Never knows messages, ticks or files.
 
 mod control;
 mod lyapunov;
@@ -8,15 +8,16 @@ mod potential;
 mod repulsion;
 
 pub use control::{
-    Control, Limits, LimitsError, formation_control, saturate, saturated_control, speed_force,
+    ControlInput, Limits, LimitsError, formation_control, saturate, saturated_control, speed_force,
 };
 pub use lyapunov::{Flyer, lyapunov_candidate, lyapunov_rate};
 pub use potential::{Bond, Field, Forces, potential, potential_forces};
-pub use repulsion::{Obstacle, repulsion};
+pub use repulsion::{RepulsiveObstacle, repulsion};
 
 use nalgebra::{Point2, Vector2};
 
-/// Farther than this nothing flies. A bound on every displacement keeps all products finite, whatever was received.
+/// Bound on every component of a displacement. Nothing flies this far; the bound keeps all products finite, whatever was
+/// received. Beyond about 1e150 their squares would overflow.
 const FARTHEST_M: f64 = 1e12;
 
 /// The vector from `from` to `to`, each component within [`FARTHEST_M`].
@@ -24,7 +25,7 @@ fn displacement(from: &Point2<f64>, to: &Point2<f64>) -> Vector2<f64> {
     (to - from).map(|component| component.clamp(-FARTHEST_M, FARTHEST_M))
 }
 
-/// Length and unit vector of `vector`; `None` where it has no direction.
+/// Length and unit vector of `vector`; `None` if its length is zero.
 fn polar(vector: &Vector2<f64>) -> Option<(f64, Vector2<f64>)> {
     let length = vector.norm();
     (length > 0.0).then(|| (length, vector / length))

@@ -1,16 +1,18 @@
 //! The potential function and its gradient, Eq. (3) and (4).
+//!
+//! Never divides by a distance of zero: a term without a direction contributes no force.
 
 use super::{displacement, polar};
 use nalgebra::{Point2, Vector2};
 
-/// A point to keep a distance from: a ring neighbour at L, or the formation's centre at R.
+/// A distance to keep from a point: L from a ring neighbour, or R from the formation's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bond {
-    /// Where the other end is.
+    /// The point to keep the distance from.
     pub point: Point2<f64>,
     /// The distance to keep, in metres.
     pub rest_m: f64,
-    /// G, a positive number.
+    /// G, positive.
     pub gain: f64,
 }
 
@@ -23,7 +25,7 @@ impl Bond {
 
     /// `G (|p_i - p_j| - L) (p_i - p_j) / |p_i - p_j|` of Eq. (4), in m.
     ///
-    /// Two points that coincide have no direction from one to the other: there the term is zero.
+    /// Zero if the two points coincide: then the term has no direction.
     fn force_m(&self, own: &Point2<f64>) -> Vector2<f64> {
         polar(&displacement(&self.point, own)).map_or_else(Vector2::zeros, |(distance_m, outward)| {
             outward * (self.gain * (distance_m - self.rest_m))
@@ -31,14 +33,14 @@ impl Bond {
     }
 }
 
-/// Everything that Eq. (3) measures one UAV's place against.
+/// Everything that Eq. (3) measures one UAV's position against.
 ///
-/// Each term has its own gain and rest length, and a neighbour that was never heard has no term.
+/// Each term has its own gain and rest length. A neighbour that was never received has no term.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Field {
-    /// The ring neighbour before.
+    /// The previous ring neighbour.
     pub previous: Option<Bond>,
-    /// The ring neighbour after.
+    /// The next ring neighbour.
     pub next: Option<Bond>,
     /// The formation's centre `p_c`.
     pub centre: Bond,
@@ -57,13 +59,13 @@ impl Field {
 /// The terms of the potential force, in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Forces {
-    /// Of the ring neighbour before.
+    /// The previous ring neighbour's term.
     pub previous: Vector2<f64>,
-    /// Of the ring neighbour after.
+    /// The next ring neighbour's term.
     pub next: Vector2<f64>,
-    /// Of the formation's centre.
+    /// The formation centre's term.
     pub centre: Vector2<f64>,
-    /// Of the slot.
+    /// The slot's term.
     pub slot: Vector2<f64>,
 }
 
@@ -74,7 +76,7 @@ impl Forces {
     }
 }
 
-/// `F_i` of Eq. (3), in m^2: how far a UAV at `own` is from where it should be.
+/// `F_i` of Eq. (3), in m^2: it grows with the distance of a UAV at `own` from where it should be.
 pub fn potential(field: &Field, own: &Point2<f64>) -> f64 {
     let neighbours_m2: f64 = field.neighbours().map(|bond| bond.potential_m2(own)).sum();
     let slot_m2 = 0.5 * field.slot_gain * displacement(&field.slot, own).norm_squared();
@@ -97,14 +99,15 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn place() -> impl Strategy<Value = Point2<f64>> {
+    fn position() -> impl Strategy<Value = Point2<f64>> {
         (-500.0..500.0, -500.0..500.0).prop_map(|(x, y)| Point2::new(x, y))
     }
 
     fn field() -> impl Strategy<Value = Field> {
-        let bond =
-            |rest: f64| (place(), 0.1..5.0).prop_map(move |(point, gain)| Bond { point, rest_m: rest, gain });
-        (bond(40.0), bond(40.0), bond(57.0), place(), 0.1..5.0).prop_map(
+        let bond = |rest: f64| {
+            (position(), 0.1..5.0).prop_map(move |(point, gain)| Bond { point, rest_m: rest, gain })
+        };
+        (bond(40.0), bond(40.0), bond(57.0), position(), 0.1..5.0).prop_map(
             |(previous, next, centre, slot, slot_gain)| Field {
                 previous: Some(previous),
                 next: Some(next),
@@ -125,7 +128,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_force_is_the_gradient_of_the_potential(field in field(), own in place()) {
+        fn the_force_is_the_gradient_of_the_potential(field in field(), own in position()) {
             let ends = [field.previous.unwrap().point, field.next.unwrap().point, field.centre.point];
             prop_assume!(ends.iter().all(|end| (end - own).norm() > 0.1));
             let (exact, numeric) = (potential_forces(&field, &own).total(), numeric_gradient(&field, &own));
@@ -133,8 +136,8 @@ mod tests {
         }
 
         #[test]
-        fn a_shifted_and_turned_swarm_feels_shifted_and_turned_forces(
-            field in field(), own in place(), shift in place(), angle in -3.0..3.0,
+        fn shifting_and_turning_a_swarm_shifts_and_turns_its_forces(
+            field in field(), own in position(), shift in position(), angle in -3.0..3.0,
         ) {
             let turn = nalgebra::Rotation2::new(angle);
             let moved = |point: Point2<f64>| turn * point + shift.coords;
@@ -154,7 +157,7 @@ mod tests {
         }
 
         #[test]
-        fn which_neighbour_comes_first_makes_no_difference(field in field(), own in place()) {
+        fn swapping_the_neighbours_leaves_the_force_the_same(field in field(), own in position()) {
             let swapped = Field { previous: field.next, next: field.previous, ..field };
             let difference = potential_forces(&field, &own).total() - potential_forces(&swapped, &own).total();
             prop_assert!(difference.norm() < 1e-9);
@@ -162,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_coincide_exert_no_force() {
+    fn coinciding_points_exert_no_force() {
         let own = Point2::new(3.0, 4.0);
         let bond = Bond { point: own, rest_m: 40.0, gain: 2.0 };
         let field = Field { previous: Some(bond), next: None, centre: bond, slot: own, slot_gain: 1.0 };
@@ -171,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_neighbour_too_near_pushes_and_one_too_far_pulls() {
+    fn a_neighbour_that_is_too_near_pushes_and_one_that_is_too_far_pulls() {
         let bond = Bond { point: Point2::origin(), rest_m: 40.0, gain: 2.0 };
         // f_i is the gradient: the UAV moves against it.
         assert_eq!(bond.force_m(&Point2::new(30.0, 0.0)), Vector2::new(-20.0, 0.0));

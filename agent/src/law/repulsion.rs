@@ -1,17 +1,17 @@
 //! The virtual repulsion of obstacles, Eq. (13).
 //!
-//! Never sees the world's obstacle list: an agent avoids only what it was told it can sense.
+//! Never sees the world's obstacle list: an agent avoids only what its sensors report.
 
 use super::{displacement, polar};
 use nalgebra::{Point2, Vector2};
 
-/// At the edge Eq. (13) is singular, and inside it would attract: nearer than this to the edge, and inside, the
-/// repulsion is that at this distance, outward.
+/// Eq. (13) is singular at the obstacle's edge, and inside it the sign would flip and attract. A UAV nearer to the edge than
+/// this, or inside, is repelled as at this distance. Smaller gives a stronger push there.
 const NEAREST_M: f64 = 0.01;
 
-/// A circle to keep out of.
+/// A circular obstacle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Obstacle {
+pub struct RepulsiveObstacle {
     /// `p_obs`.
     pub centre: Point2<f64>,
     /// `R_obs`.
@@ -22,8 +22,8 @@ pub struct Obstacle {
 
 /// `f_obs` of Eq. (13), in m, with k = `gain_m`.
 ///
-/// Zero at the very centre, where no direction leads out.
-pub fn repulsion(gain_m: f64, obstacle: &Obstacle, own: &Point2<f64>) -> Vector2<f64> {
+/// Zero at the centre, where no direction leads out.
+pub fn repulsion(gain_m: f64, obstacle: &RepulsiveObstacle, own: &Point2<f64>) -> Vector2<f64> {
     let Some((distance_m, outward)) = polar(&displacement(&obstacle.centre, own)) else {
         return Vector2::zeros();
     };
@@ -39,8 +39,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const OBSTACLE: Obstacle =
-        Obstacle { centre: Point2::new(580.0, -6.0), radius_m: 20.0, braking_distance_m: 50.0 };
+    const OBSTACLE: RepulsiveObstacle =
+        RepulsiveObstacle { centre: Point2::new(580.0, -6.0), radius_m: 20.0, braking_distance_m: 50.0 };
 
     fn at(distance_m: f64) -> Vector2<f64> {
         repulsion(100.0, &OBSTACLE, &(OBSTACLE.centre + Vector2::new(0.0, distance_m)))
@@ -48,14 +48,14 @@ mod tests {
 
     #[test]
     fn equation_13_by_hand() {
-        // 100 (50 - 35) / (35 - 20) = 100, northward.
+        // 100 (50 - 35) / (35 - 20) = 100, to the north.
         assert!((at(35.0) - Vector2::new(0.0, 100.0)).norm() < 1e-9);
         assert_eq!(at(50.0), Vector2::zeros());
         assert_eq!(at(50.1), Vector2::zeros());
     }
 
     #[test]
-    fn inside_an_obstacle_the_way_leads_out() {
+    fn a_uav_inside_an_obstacle_is_pushed_out() {
         for distance_m in [20.0, 19.0, 5.0, 1e-3] {
             assert!(at(distance_m).y > 1e5, "{distance_m}");
         }
@@ -64,7 +64,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nearer_is_never_weaker(a in 0.001..60.0, b in 0.001..60.0) {
+        fn the_repulsion_never_weakens_towards_the_obstacle(a in 0.001..60.0, b in 0.001..60.0) {
             let (near, far) = if a < b { (a, b) } else { (b, a) };
             prop_assert!(at(near).norm() >= at(far).norm() - 1e-9);
         }

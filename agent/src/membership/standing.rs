@@ -1,6 +1,6 @@
-//! A member's standing: its incarnation, and what is said of it, in one number that only grows.
+//! The standing of a UAV: its incarnation and its status in one number, so that of two reports the higher is the newer.
 
-/// Three times the incarnation, and 0 for living, 1 for suspected, 2 for lost.
+/// Three times the incarnation, plus 0 for alive, 1 for suspected, 2 for lost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Standing(u32);
 
@@ -13,17 +13,19 @@ impl Standing {
         self.0 % 3 == 2
     }
 
+    /// Suspected in the same incarnation; a lost UAV stays lost.
     pub(super) fn suspected(self) -> Self {
         self.max(Self((self.0 - self.0 % 3).saturating_add(1)))
     }
 
+    /// Lost in the same incarnation.
     pub(super) fn lost(self) -> Self {
         Self((self.0 - self.0 % 3).saturating_add(2))
     }
 
-    /// That of a member of which this is said, and which lives.
+    /// Alive in the next incarnation, which outranks a suspicion or a loss report; a report of being alive needs none.
     pub(super) fn refuted(self) -> Self {
-        // The largest number is a multiple of three: this cannot overflow.
+        // `u32::MAX` is a multiple of three, so rounding up cannot overflow.
         Self(self.0.div_ceil(3) * 3)
     }
 }
@@ -45,21 +47,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lost_outweighs_suspected_and_a_new_incarnation_outweighs_both() {
+    fn lost_outranks_suspected_and_the_next_incarnation_outranks_both() {
         let alive = Standing::from(6);
         assert!(alive < alive.suspected() && alive.suspected() < alive.lost());
         assert!(alive.lost() < alive.lost().refuted());
         assert_eq!(alive.lost().refuted().incarnation(), 3);
-        assert_eq!(alive.lost().suspected(), alive.lost(), "who is lost is not suspected any more");
+        assert_eq!(alive.lost().suspected(), alive.lost(), "a lost UAV cannot become suspected");
     }
 
     #[test]
-    fn what_is_said_of_the_living_needs_no_refuting() {
+    fn a_report_of_being_alive_needs_no_refutation() {
         assert_eq!(Standing::from(6).refuted(), Standing::from(6));
     }
 
     #[test]
-    fn no_number_overflows() {
+    fn no_received_number_overflows() {
         for number in [u32::MAX, u32::MAX - 1, u32::MAX - 2] {
             let standing = Standing::from(number);
             assert!(!standing.refuted().is_lost() && standing.refuted() >= standing);

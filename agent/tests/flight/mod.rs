@@ -126,10 +126,10 @@ impl Flight {
             self.sensed[index].push(senses);
             let Some(pilot) = &mut self.pilots[index] else { continue };
             if let Some(senses) = self.sensed[index].iter().rev().nth(self.senses_late_ticks) {
-                pilot.sense(senses);
+                pilot.receive_sensed(senses);
             }
             if let (Some(state), false) = (self.leader.last(), self.is_leader_silent) {
-                pilot.hear_leader(state);
+                pilot.receive_leader(state);
             }
             if let Some(decision) = pilot.fly(self.now) {
                 let airframe = &mut self.airframes[index];
@@ -148,7 +148,7 @@ impl Flight {
         let now = self.now;
         for (receiver, state) in self.under_way.remove(&now).unwrap_or_default() {
             if let Some(pilot) = &mut self.pilots[receiver] {
-                pilot.hear(&state, now);
+                pilot.receive_state(&state, now);
             }
         }
     }

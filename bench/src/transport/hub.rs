@@ -16,8 +16,8 @@ use crate::{
     trace::Trace,
 };
 use ringwing_bus::{
-    Deadlines, Domain, Gate, PacedTick, Patience, Placement, Proceed, TickProbe, monotonic_ns,
-    patience::crowd,
+    Deadlines, Domain, Gate, PacedTick, Placement, Proceed, TickProbe, WaitStrategy, monotonic_ns,
+    processes_per_core,
 };
 use ringwing_flight::{Part, Tick};
 use std::{path::Path, time::Instant};
@@ -35,9 +35,9 @@ pub(crate) fn run(
     let gate = domain.gate()?;
     let mut peers = Peers::start(case, domain, folder, placement)?;
     peers.wait_until_ready(&gate)?;
-    gate.set_attendant(Part::World, Some(std::process::id()));
+    gate.set_ready_process(Part::World, Some(std::process::id()));
     let to_peers = ToPeers::open(&mut peers, case, domain)?;
-    let mut hub = Hub { case, gate, patience: patience(case.load), to_peers };
+    let mut hub = Hub { case, gate, strategy: wait_strategy(case.load), to_peers };
     hub.run(&mut measure)?;
     measure.run_ended(&hub.gate)?;
     hub.end()?;
@@ -63,14 +63,14 @@ pub(crate) fn add_peers(trace: &mut Trace, path: &Path, peers: u32) -> Result<()
     Ok(())
 }
 
-fn patience(load: Load) -> Patience {
-    if load == Load::Closed { Patience::eager() } else { Patience::punctual() }
+fn wait_strategy(load: Load) -> WaitStrategy {
+    if load == Load::Closed { WaitStrategy::yielding() } else { WaitStrategy::timed() }
 }
 
 struct Hub<'a> {
     case: &'a Case,
     gate: Gate,
-    patience: Patience,
+    strategy: WaitStrategy,
     to_peers: ToPeers,
 }
 
@@ -119,7 +119,7 @@ impl Hub<'_> {
             measure.inputs_published();
             self.collect(tick)?;
             measure.answers_collected();
-            let paced = deadlines.as_mut().map(|deadlines| wait_for_deadline(deadlines, &mut self.patience));
+            let paced = deadlines.as_mut().map(|deadlines| wait_for_deadline(deadlines, &mut self.strategy));
             measure.tick_finished(0, paced);
         }
         Ok(())
@@ -128,7 +128,9 @@ impl Hub<'_> {
     fn deadlines(&self) -> Option<Deadlines> {
         match self.case.load {
             Load::Closed => None,
-            Load::Paced(rate_hz) => Some(Deadlines::new(rate_hz, crowd(self.case.uavs + 1), monotonic_ns())),
+            Load::Paced(rate_hz) => {
+                Some(Deadlines::new(rate_hz, processes_per_core(self.case.uavs + 1), monotonic_ns()))
+            }
         }
     }
 
@@ -154,7 +156,7 @@ impl Hub<'_> {
         match &mut self.to_peers {
             ToPeers::Gate => {
                 while !self.gate.is_answered() {
-                    self.gate.wait_for_answers(&mut self.patience, PEER_TIMEOUT);
+                    self.gate.wait_for_answers(&mut self.strategy, PEER_TIMEOUT);
                     in_time()?;
                 }
             }
@@ -189,8 +191,8 @@ impl Hub<'_> {
 }
 
 /// Waits for the deadline; returns when the next tick is due.
-fn wait_for_deadline(deadlines: &mut Deadlines, patience: &mut Patience) -> PacedTick {
+fn wait_for_deadline(deadlines: &mut Deadlines, strategy: &mut WaitStrategy) -> PacedTick {
     let due = deadlines.due();
-    patience.wait_until(due, || false);
-    PacedTick { due_ns: due.at_ns, skipped: deadlines.meet(monotonic_ns()).missed_deadlines }
+    strategy.wait_until(due, || false);
+    PacedTick { due_ns: due.at_ns, skipped: deadlines.advance(monotonic_ns()).missed_deadlines }
 }

@@ -14,7 +14,7 @@ use crate::{
     error::BenchError,
     trace::{StepRecord, Trace, TraceHead},
 };
-use ringwing_bus::{Domain, DomainId, Gate, Patience, StopFlag, Wait, member::die_with, monotonic_ns};
+use ringwing_bus::{Domain, DomainId, Gate, StopFlag, Wait, WaitStrategy, die_with, monotonic_ns};
 use ringwing_flight::{Part, Tick, UavId};
 use std::{
     io,
@@ -61,7 +61,7 @@ pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
     let domain = Domain::join(&args.domain)?;
     let mut to_hub = ToHub::open(args, &domain)?;
     let mut trace = Trace { ticks: Vec::new(), steps: Vec::with_capacity(RESERVED_TICKS) };
-    domain.gate()?.set_attendant(Part::Agent(UavId(args.member + 1)), Some(std::process::id()));
+    domain.gate()?.set_ready_process(Part::Agent(UavId(args.member + 1)), Some(std::process::id()));
     while let Some((tick, woke_ns)) = to_hub.next_tick(&stop).map_err(BenchError::system("no tick"))? {
         let read_ns = monotonic_ns();
         let sent_ns = monotonic_ns();
@@ -74,7 +74,7 @@ pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
 
 /// The peer's end of the transport.
 enum ToHub {
-    Gate { gate: Gate, patience: Patience, seen: Option<Tick> },
+    Gate { gate: Gate, strategy: WaitStrategy, seen: Option<Tick> },
     Futex { words: SharedWords, seen: u32, peers: u32 },
     Turns { words: SharedWords, seen: u32 },
     Connection { connection: Connection, ask: Vec<u8>, answer: Vec<u8> },
@@ -86,8 +86,8 @@ impl ToHub {
         match args.case.carrier {
             Carrier::Gate | Carrier::Swarm => {
                 let is_closed = args.case.load == Load::Closed;
-                let patience = if is_closed { Patience::eager() } else { Patience::punctual() };
-                Ok(Self::Gate { gate: domain.gate()?, patience, seen: None })
+                let strategy = if is_closed { WaitStrategy::yielding() } else { WaitStrategy::timed() };
+                Ok(Self::Gate { gate: domain.gate()?, strategy, seen: None })
             }
             Carrier::Futex | Carrier::Atomic => Self::open_words(args, domain).map_err(failed),
             _ => Self::connect(args).map_err(failed),
@@ -118,7 +118,7 @@ impl ToHub {
     /// Waits for the next tick; returns it with the time at which it was seen, or `None` at the end of the run.
     fn next_tick(&mut self, stop: &StopFlag) -> io::Result<Option<(i64, u64)>> {
         let tick = match self {
-            Self::Gate { gate, patience, seen } => match gate.wait(*seen, patience, stop) {
+            Self::Gate { gate, strategy, seen } => match gate.wait(*seen, strategy, stop) {
                 Wait::Tick(tick) => {
                     *seen = Some(tick);
                     Some(tick.0)

@@ -126,7 +126,7 @@ impl Peers {
     pub(super) fn wait_until_ready(&mut self, gate: &Gate) -> Result<(), BenchError> {
         let since = Instant::now();
         for (uav, child) in (1..).map(UavId).zip(&mut self.children) {
-            while gate.attendant(Part::Agent(uav)).is_none() {
+            while gate.ready_process(Part::Agent(uav)).is_none() {
                 if let Some(status) = child.try_wait().map_err(BenchError::system("a peer is lost"))? {
                     return Err(BenchError::case(format!("a peer ended before it was ready: {status}")));
                 }

@@ -2,96 +2,83 @@
 //!
 //! Must never carry data. The swarm's own tick gate is a page of its own, and does more.
 
-use memmap2::MmapRaw;
-use rustix::{
-    io::Errno,
-    thread::futex::{self, Flags},
-    time::Timespec,
+use ringwing_bus::{
+    futex,
+    page::{Page, Word},
 };
 use std::{
-    fs::OpenOptions,
     hint::spin_loop,
     io,
     path::Path,
     sync::atomic::{AtomicU32, Ordering::SeqCst},
     thread,
+    time::Duration,
 };
 
-/// A word with a cache line of its own, so that writing one does not slow down readers of the other.
-#[repr(C, align(64))]
-struct PaddedWord(AtomicU32);
-
-#[repr(C)]
-struct WordPage {
-    /// The round. Where two processes take turns, odd numbers are the peer's turn.
-    round: PaddedWord,
-    /// Number of peers that have answered the round.
-    done: PaddedWord,
-}
-
+/// The round. Where two processes take turns, odd numbers are the peer's turn.
+const ROUND: Word = Word(0);
+/// Number of peers that have answered the round.
+const DONE: Word = Word(1);
+const LINES: usize = 2;
 /// The round that ends all rounds.
 const END: u32 = u32::MAX;
 /// Reads of the word between two yields. Fewer measure the scheduler instead of the cache; more waste time slices where both
 /// processes share a core.
 const READS_PER_YIELD: u32 = 10_000;
-/// Longest sleep on a futex before looking again. A process whose waker was killed hangs at most this long.
-const MAX_SLEEP: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
 
 /// The page with both words, mapped into this process.
-pub(super) struct SharedWords(MmapRaw);
+pub(super) struct SharedWords(Page);
 
 impl SharedWords {
     /// Maps the page at `path`, and creates it if it does not exist.
     pub(super) fn open(path: &Path) -> io::Result<Self> {
-        let file = OpenOptions::new().create(true).truncate(false).read(true).write(true).open(path)?;
-        file.set_len(size_of::<WordPage>() as u64)?;
-        Ok(Self(MmapRaw::map_raw(&file)?))
+        Ok(Self(Page::create(path, LINES)?))
     }
 
-    #[expect(unsafe_code, reason = "a floor measured through a library would measure the library")]
-    #[expect(clippy::cast_ptr_alignment, reason = "a mapping begins on a memory page")]
-    fn page(&self) -> &WordPage {
-        // SAFETY: the mapping is at least as long as a `WordPage`, page-aligned, and lives as long as `self`. All processes
-        // access it only through these atomics, and any bytes are valid atomics.
-        unsafe { &*self.0.as_ptr().cast::<WordPage>() }
+    fn round(&self) -> &AtomicU32 {
+        &self.0[ROUND]
+    }
+
+    fn done(&self) -> &AtomicU32 {
+        &self.0[DONE]
     }
 
     /// Ends all rounds.
     pub(super) fn end(&self) {
-        self.page().round.0.store(END, SeqCst);
-        wake(&self.page().round.0);
+        self.round().store(END, SeqCst);
+        futex::wake_all(self.round());
     }
 
     // --- one futex that wakes all peers ---
 
     /// Opens `round` for all peers.
     pub(super) fn broadcast(&self, round: u32) {
-        self.page().done.0.store(0, SeqCst);
-        self.page().round.0.store(round, SeqCst);
-        wake(&self.page().round.0);
+        self.done().store(0, SeqCst);
+        self.round().store(round, SeqCst);
+        futex::wake_all(self.round());
     }
 
     /// Waits until all `peers` have answered, or for one sleep; returns whether they have.
     pub(super) fn wait_for_answers(&self, peers: u32) -> bool {
-        let done = self.page().done.0.load(SeqCst);
+        let done = self.done().load(SeqCst);
         if done < peers {
-            sleep(&self.page().done.0, done);
+            futex::wait(self.done(), done, Duration::MAX);
         }
-        self.page().done.0.load(SeqCst) >= peers
+        self.done().load(SeqCst) >= peers
     }
 
     /// Waits for another round than `seen`; returns `None` after the last one.
     pub(super) fn wait(&self, seen: u32) -> Option<u32> {
-        while self.page().round.0.load(SeqCst) == seen {
-            sleep(&self.page().round.0, seen);
+        while self.round().load(SeqCst) == seen {
+            futex::wait(self.round(), seen, Duration::MAX);
         }
-        Some(self.page().round.0.load(SeqCst)).filter(|round| *round != END)
+        Some(self.round().load(SeqCst)).filter(|round| *round != END)
     }
 
     /// Answers the round; the last of all `peers` wakes the hub.
     pub(super) fn answer(&self, peers: u32) {
-        if self.page().done.0.fetch_add(1, SeqCst) + 1 >= peers {
-            wake(&self.page().done.0);
+        if self.done().fetch_add(1, SeqCst) + 1 >= peers {
+            futex::wake_all(self.done());
         }
     }
 
@@ -99,14 +86,14 @@ impl SharedWords {
 
     /// Gives the turn away by writing `round`.
     pub(super) fn pass(&self, round: u32) {
-        self.page().round.0.store(round, SeqCst);
+        self.round().store(round, SeqCst);
     }
 
     /// Spins while the word is `old`; returns its new value, or `None` after the last round.
     pub(super) fn spin_while(&self, old: u32) -> Option<u32> {
         loop {
             for _ in 0..READS_PER_YIELD {
-                let round = self.page().round.0.load(SeqCst);
+                let round = self.round().load(SeqCst);
                 if round != old {
                     return Some(round).filter(|round| *round != END);
                 }
@@ -115,18 +102,6 @@ impl SharedWords {
             // On a shared core, the other process cannot run before this one yields.
             thread::yield_now();
         }
-    }
-}
-
-fn wake(word: &AtomicU32) {
-    // On a mapped word, waking cannot fail; waking nobody is not an error.
-    let _ = futex::wake(word, Flags::empty(), i32::MAX as u32);
-}
-
-fn sleep(word: &AtomicU32, old: u32) {
-    match futex::wait(word, Flags::empty(), old, Some(&MAX_SLEEP)) {
-        Ok(()) | Err(Errno::AGAIN | Errno::TIMEDOUT | Errno::INTR) => {}
-        Err(errno) => unreachable!("a futex wait on mapped memory fails with {errno}"),
     }
 }
 

@@ -5,12 +5,12 @@ use bytemuck::{Pod, Zeroable};
 
 /// What an agent asks of its airframe, once a tick: its answer to the tick.
 ///
-/// A running agent answers every tick. With nothing to go by it withholds the command, and the airframe takes care of
-/// itself by its own rule for a silent agent.
+/// A running agent answers every tick. While it does not know where its UAV is, it withholds the command, and the
+/// airframe follows its own rule for a silent agent.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Command {
-    /// The tick whose senses it answers.
+    /// The tick that it answers.
     pub tick: Tick,
     /// The commanded speed `v_i`.
     pub speed_m_s: f64,
@@ -23,39 +23,40 @@ pub struct Command {
 }
 
 impl Command {
-    /// The answer of an agent that has nothing to go by.
+    /// The answer to `tick` of an agent that does not know where its UAV is.
     pub fn withheld(tick: Tick, uav: UavId) -> Self {
         Self { tick, uav, withheld: 1, ..Self::zeroed() }
     }
 }
 
-/// Age of data in ticks, or "never received".
+/// The age of received data in ticks, or that no data ever came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct AgeTicks(u32);
 
 impl AgeTicks {
-    /// Nothing was ever received.
+    /// No data ever came.
     pub const NEVER: Self = Self(u32::MAX);
 
-    /// The age at `now` of data sent at `sent`.
+    /// The age at `now` of data sent at `sent`; 0 if that is later.
     pub fn between(sent: Tick, now: Tick) -> Self {
         Self(u32::try_from(now.since(sent).max(0)).unwrap_or(u32::MAX - 1).min(u32::MAX - 1))
     }
 
-    /// The age, or `None` if nothing was ever received.
+    /// The age; `None` if no data ever came.
     pub fn ticks(self) -> Option<u32> {
         (self != Self::NEVER).then_some(self.0)
     }
 }
 
-/// How a command came about: every term of the law and whom the UAV holds for alive, once a tick, for the log.
+/// How a command came about, once a tick, for the log: every term of the law, the age of its inputs, and which UAVs the
+/// agent takes for alive.
 ///
-/// Separate from [`Command`], so that the world reads no more than it flies by.
+/// Separate from [`Command`], so that the world reads no more than it needs.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Account {
-    /// The tick whose senses the command answers.
+    /// The tick that the command answers.
     pub tick: Tick,
     /// The commanded speed `v_i`.
     pub speed_m_s: f64,
@@ -65,17 +66,17 @@ pub struct Account {
     pub slot_m: [f64; 2],
     /// The previous neighbour's term of `f_i`, Eq. (4), in m.
     pub previous_force_m: [f64; 2],
-    /// The next neighbour's term of `f_i`, Eq. (4).
+    /// The next neighbour's term of `f_i`, Eq. (4), in m.
     pub next_force_m: [f64; 2],
-    /// The formation centre's term of `f_i`, Eq. (4).
+    /// The formation centre's term of `f_i`, Eq. (4), in m.
     pub centre_force_m: [f64; 2],
-    /// The slot's term of `f_i`, Eq. (4).
+    /// The slot's term of `f_i`, Eq. (4), in m.
     pub slot_force_m: [f64; 2],
-    /// `f_obs`, Eq. (13), summed over the obstacles.
+    /// `f_obs`, Eq. (13), summed over the obstacles, in m.
     pub repulsion_m: [f64; 2],
     /// `F_i`, Eq. (3), in m^2.
     pub potential_m2: f64,
-    /// Fingerprint of the UAVs it holds for lost: 0 for an empty set, and equal where two UAVs agree.
+    /// Fingerprint of the set of UAVs that the agent takes for lost: 0 for the empty set, equal for equal sets.
     pub lost_fingerprint: u64,
     /// The sender.
     pub uav: UavId,
@@ -85,22 +86,24 @@ pub struct Account {
     pub next_age: AgeTicks,
     /// Age of the leader's data.
     pub leader_age: AgeTicks,
-    /// How many UAVs it holds for alive, itself included.
+    /// How many UAVs the agent takes for alive, its own included.
     pub living: u32,
     /// Zero; keeps the layout free of padding.
     pub reserved: u32,
-    /// 1 where Eq. (12) cut the speed, else 0.
+    /// 1 if Eq. (12) limited the speed, else 0.
     pub speed_saturated: u16,
-    /// 1 where Eq. (12) cut the turn rate, else 0.
+    /// 1 if Eq. (12) limited the turn rate, else 0.
     pub turn_rate_saturated: u16,
-    /// 1 while it follows the predicted path of a leader that has been silent for longer than the loss timeout, else 0.
+    /// 1 while the leader has been silent for longer than the loss timeout and the agent follows its predicted path,
+    /// else 0.
     pub leader_silent: u16,
-    /// 1 while the slots move to the places that a loss or a return gave them, else 0.
+    /// 1 while the slots move to their new places after a loss or a return, else 0.
     pub slots_moving: u16,
 }
 
 impl Account {
-    /// The account of a command given before the leader was heard: no term of the law applies.
+    /// The account of a `command` that was given before the first data from the leader came: no term of the law
+    /// applies.
     pub fn without_leader(command: &Command) -> Self {
         Self {
             tick: command.tick,
@@ -120,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_age_is_never_mistaken_for_never() {
+    fn the_largest_age_is_not_mistaken_for_never() {
         assert_eq!(AgeTicks::NEVER.ticks(), None);
         assert_eq!(AgeTicks::between(Tick(3), Tick(7)).ticks(), Some(4));
         assert_eq!(AgeTicks::between(Tick(9), Tick(7)).ticks(), Some(0));

@@ -3,9 +3,10 @@
 use crate::TimedEvent;
 use bytemuck::{Pod, Zeroable};
 
-/// Room for the JSON of one event. Less cuts the sentences of long faults; events are rare, so more only costs memory.
+/// Room for the JSON of one event, in bytes. Less cuts the sentences of more faults. More only costs memory, because
+/// events are rare.
 const ROOM: usize = 1016;
-/// What marks a sentence that was cut to fit.
+/// Ends a text that was cut to fit.
 const CUT: &str = "...";
 
 /// A [`TimedEvent`] as bytes.
@@ -19,17 +20,17 @@ pub struct EventMessage {
 }
 
 impl EventMessage {
-    /// Encodes `event`; a fault's sentence that does not fit is cut, and ends with three dots.
+    /// Encodes `event`. Texts that do not fit are cut, the longest first, and then end with three dots.
     ///
     /// # Panics
-    /// Never: an event without its sentence is far below the room.
+    /// Never: without its texts every event is far shorter than the room.
     pub fn new(event: &TimedEvent) -> Self {
         let mut text = json(event);
         let mut shorter = event.clone();
+        // A cut by the excess may not suffice: escaped characters take more bytes in JSON than in the sentence.
         while text.len() > ROOM {
             let excess = text.len() - ROOM;
-            let sentence = shorter.event.sentence_mut().expect("only sentences are long");
-            cut(sentence, excess);
+            cut(shorter.event.longest_text_mut().expect("only texts are long"), excess);
             text = json(&shorter);
         }
         let mut bytes = [0; ROOM];
@@ -37,7 +38,7 @@ impl EventMessage {
         Self { length: text.len() as u32, reserved: 0, json: bytes }
     }
 
-    /// The event, or `None` if these bytes are not one: another version's, or damaged.
+    /// The event; `None` if the bytes are damaged or come from another version.
     pub fn event(&self) -> Option<TimedEvent> {
         serde_json::from_slice(self.json.get(..self.length as usize)?).ok()
     }
@@ -47,14 +48,14 @@ fn json(event: &TimedEvent) -> String {
     serde_json::to_string(event).expect("an event is plain data")
 }
 
-/// Shortens `sentence` by at least `excess` bytes, at a character's border.
-fn cut(sentence: &mut String, excess: usize) {
-    let mut end = sentence.len().saturating_sub(excess + CUT.len());
-    while !sentence.is_char_boundary(end) {
+/// Shortens `text` by at least `excess` bytes, or to the dots alone, at the end of a character.
+fn cut(text: &mut String, excess: usize) {
+    let mut end = text.len().saturating_sub(excess + CUT.len());
+    while !text.is_char_boundary(end) {
         end -= 1;
     }
-    sentence.truncate(end);
-    sentence.push_str(CUT);
+    text.truncate(end);
+    text.push_str(CUT);
 }
 
 #[cfg(test)]
@@ -79,6 +80,18 @@ mod tests {
         };
         assert!(sentence.ends_with(CUT) && long.starts_with(sentence.trim_end_matches(CUT)));
         assert!(sentence.len() > ROOM / 2, "cut no more than needed");
+    }
+
+    #[test]
+    fn an_event_with_two_long_texts_still_fits() {
+        let long = |letter: &str| letter.repeat(5000);
+        let event = Event::FaultRefused { part: None, why: long("w"), sentence: long("s") };
+        let message = EventMessage::new(&TimedEvent { tick: Tick(7), event });
+        let Some(TimedEvent { event: Event::FaultRefused { why, sentence, .. }, .. }) = message.event()
+        else {
+            panic!("{message:?}");
+        };
+        assert!(why.ends_with(CUT) && sentence.ends_with(CUT), "{why} {sentence}");
     }
 
     #[test]

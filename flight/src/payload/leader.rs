@@ -1,9 +1,9 @@
-//! What the leader tells everybody.
+//! What the leader tells all agents.
 
 use crate::Tick;
 use bytemuck::{Pod, Zeroable};
 
-/// Where the virtual leader is, once a tick: the centre of the formation.
+/// Where the virtual leader is and how it moves, once a tick. Its position is the centre of the formation.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LeaderState {
@@ -13,8 +13,8 @@ pub struct LeaderState {
     pub position_m: [f64; 2],
     /// Heading from the x axis, counterclockwise, in (-pi, pi].
     pub heading_rad: f64,
-    /// Speed along the heading.
+    /// Speed along the heading, from this tick on.
     pub speed_m_s: f64,
-    /// Rate of the heading.
+    /// Rate of the heading, from this tick on.
     pub turn_rate_rad_s: f64,
 }

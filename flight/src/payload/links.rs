@@ -1,4 +1,4 @@
-//! What became of the samples on a link with faults.
+//! Counts of what happened to the samples on a link with faults.
 
 use crate::{Tick, UavId};
 use bytemuck::{Pod, Zeroable};
@@ -12,14 +12,19 @@ use std::fmt;
 pub struct LinkSource(u32);
 
 impl LinkSource {
-    /// The leader.
+    /// The leader's process.
     pub const LEADER: Self = Self(0);
-    /// The receiver's own airframe.
+    /// The receiver's own airframe: what it senses of itself.
     pub const OWN: Self = Self(u32::MAX);
 
     /// The agent of `uav`.
     pub fn uav(uav: UavId) -> Self {
         Self(uav.0)
+    }
+
+    /// The UAV's number, 0 for the leader, and the largest number for the receiver's own airframe.
+    pub fn number(self) -> u32 {
+        self.0
     }
 }
 
@@ -33,8 +38,8 @@ impl fmt::Display for LinkSource {
     }
 }
 
-/// What became of the samples of one link since its receiver started, from the receiver, once a simulated second while
-/// the link has faults.
+/// What has happened to the samples on one link since its receiver started. The receiver sends this once per simulated
+/// second while the link has faults.
 ///
 /// `offered + duplicated == delivered + lost + in_flight`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
@@ -42,17 +47,17 @@ impl fmt::Display for LinkSource {
 pub struct LinkCounts {
     /// The tick of this count.
     pub tick: Tick,
-    /// Sent early enough to be used by now.
+    /// Sent early enough that a link without faults would have delivered them by now.
     pub offered: u64,
-    /// Used, duplicates included.
+    /// Delivered to the receiver, duplicates included.
     pub delivered: u64,
     /// Delivered later than on a link without faults.
     pub late: u64,
-    /// Lost on the way.
+    /// Dropped by a fault.
     pub lost: u64,
-    /// Copies made on the way.
+    /// Copies made by a fault.
     pub duplicated: u64,
-    /// On the way now.
+    /// Held back by a fault, to be delivered later.
     pub in_flight: u64,
     /// The sender.
     pub from: LinkSource,
@@ -67,7 +72,7 @@ impl LinkCounts {
         Self { tick, offered: 0, delivered: 0, late: 0, lost: 0, duplicated: 0, in_flight: 0, from, to }
     }
 
-    /// The link's name in sentences: `2->3`.
+    /// The link's name in the fault grammar: `2->3`.
     pub fn link(&self) -> String {
         format!("{}->{}", self.from, self.to.0)
     }

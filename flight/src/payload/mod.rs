@@ -1,10 +1,11 @@
 //! The messages between processes, each with one fixed layout and one versioned type name.
 //!
-//! A payload is plain numbers without padding: no `bool`, no Rust `enum`, no pointer. So any bytes that another process
-//! left are a valid value, and a payload's bytes can be hashed: the same scenario and seed give the same bytes.
-//! [`Payload`] demands this of the compiler.
+//! A payload consists of plain numbers without padding: no `bool`, no Rust `enum`, no pointer. So any bytes that
+//! another process left in shared memory are a valid value, and payloads can be hashed byte by byte. [`Payload`]
+//! makes the compiler check this.
 //!
-//! Never carries a wall clock: stamps travel beside the payload.
+//! A payload that the flight depends on must never carry a wall-clock time: the same scenario and seed give the same
+//! bytes.
 
 mod command;
 mod event;
@@ -27,12 +28,13 @@ pub use timing::{FormationError, TickTiming};
 use bytemuck::Pod;
 use std::fmt::Debug;
 
-/// What processes may send to each other: plain old data under a versioned name.
+/// What processes may send to each other: plain old data under a versioned type name.
 pub trait Payload: Pod + Debug {
-    /// Identifies the layout. Other programs read these bytes, so a changed layout needs a new version.
+    /// Identifies the layout. Other programs read these bytes, so a changed layout or meaning needs a new version.
     const TYPE_NAME: &'static str;
 }
 
+/// Gives each payload its type name, and checks its size in bytes: a size that changes unnoticed breaks other programs.
 macro_rules! payloads {
     ($($message:ty: $name:literal, $bytes:literal;)*) => {$(
         impl Payload for $message {

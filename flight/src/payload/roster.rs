@@ -1,40 +1,42 @@
-//! Who runs, from the launcher to the world.
+//! The roster: which processes run, from the launcher to the world.
 
 use crate::{Tick, UavId};
 use bytemuck::{Pod, Zeroable};
 
-/// How many UAVs a [`Roster`] can name. More take more room in the gate's page and in every roster.
+/// The largest swarm that a [`Roster`] has room for. A larger value makes every roster and the tick gate's page
+/// larger; a smaller one limits the swarm.
 pub const MAX_UAVS: u32 = 1024;
 
+/// Words of 64 bits for one bit per UAV.
 const WORDS: usize = MAX_UAVS as usize / 64;
-/// A tick that no flight reaches: nothing holds the flight before its end.
+/// A tick that no flight reaches: the world may open all it has.
 const UNBOUNDED: Tick = Tick(i64::MAX);
 
-// One bit each of a roster's flags.
+// The bits of `Roster::flags`.
 const LEADER: u64 = 1;
 const RECORDER: u64 = 2;
 const HOLD: u64 = 4;
 const LEADER_THAWED: u64 = 8;
 
-/// Which processes the world may wait for, from the launcher, whenever it changes.
+/// Which processes the world may wait for. The launcher sends it whenever it changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Roster {
     /// Grows by one with each change.
     pub revision: u64,
-    /// In lockstep, the world opens no tick from this one on: the launcher has to apply a fault first.
+    /// In lockstep the world must not open this tick or a later one: the launcher has to apply a fault first.
     pub free_before: Tick,
     flags: u64,
-    /// Zero; keeps the size a multiple of a cache line's half.
+    /// Zero; keeps the layout of `Roster.v3`.
     reserved: u64,
-    /// The agents that run, one bit each, UAV 1 first.
+    /// The agents that run: one bit each, UAV 1 in the lowest bit of the first word.
     agents: [u64; WORDS],
-    /// The agents that were thawed, one bit each.
+    /// The agents that were thawed, likewise.
     thawed: [u64; WORDS],
 }
 
 impl Roster {
-    /// A roster without any process.
+    /// A roster of no processes that lets the world open every tick.
     pub fn empty() -> Self {
         Self { free_before: UNBOUNDED, ..Self::zeroed() }
     }
@@ -49,7 +51,8 @@ impl Roster {
         set_bits(&mut self.agents[uav.index() / 64], bit(uav), runs);
     }
 
-    /// Whether `uav`'s agent was thawed: it still answers the tick that was open while it was frozen.
+    /// Whether `uav`'s agent was thawed. It still answers the tick that was open when it was frozen, and the world
+    /// has to wait for that answer.
     pub fn is_thawed(&self, uav: UavId) -> bool {
         self.thawed[uav.index() / 64] & bit(uav) != 0
     }
@@ -69,7 +72,7 @@ impl Roster {
         set_bits(&mut self.flags, LEADER, runs);
     }
 
-    /// Whether the leader was thawed.
+    /// Whether the leader was thawed, with the same consequence.
     pub fn is_leader_thawed(&self) -> bool {
         self.flags & LEADER_THAWED != 0
     }
@@ -89,7 +92,7 @@ impl Roster {
         set_bits(&mut self.flags, RECORDER, runs);
     }
 
-    /// Whether a lost leader or recorder is being replaced: in lockstep, no time passes meanwhile.
+    /// Whether a lost leader or recorder is being replaced. In lockstep the world opens no tick meanwhile.
     pub fn holds(&self) -> bool {
         self.flags & HOLD != 0
     }
@@ -113,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_roster_keeps_each_uav_apart() {
+    fn every_uav_has_a_bit_of_its_own() {
         let mut roster = Roster::empty();
         for uav in UavId::all(MAX_UAVS) {
             assert!(!roster.has(uav));
@@ -125,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn each_flag_is_its_own() {
+    fn no_flag_changes_another() {
         let mut roster = Roster::empty();
         roster.set_recorder(true);
         assert!(

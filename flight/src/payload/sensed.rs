@@ -4,7 +4,8 @@ use crate::{Tick, UavId};
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 
-/// How many obstacles one [`Sensed`] holds. More see dense fields better, and make every message larger.
+/// How many obstacles one [`Sensed`] has room for. More let a UAV see all of a dense field, and make each of these
+/// messages larger; fewer hide the farther obstacles from it.
 pub const MAX_SENSED_OBSTACLES: usize = 8;
 
 /// Who flies the airframe: the agent, or which failsafe.
@@ -15,14 +16,20 @@ pub const MAX_SENSED_OBSTACLES: usize = 8;
 pub struct FlightMode(u32);
 
 impl FlightMode {
-    /// Flies what its agent commands.
+    /// The airframe flies what its agent commands.
     pub const COMMANDED: Self = Self(0);
-    /// Failsafe: circles where it lost its agent.
+    /// Failsafe: it circles where it lost its agent.
     pub const LOITER: Self = Self(1);
-    /// Failsafe: keeps heading and speed.
+    /// Failsafe: it keeps heading and speed.
     pub const HOLD: Self = Self(2);
-    /// Failsafe: has left the sky.
+    /// Failsafe: it has left the sky.
     pub const VANISHED: Self = Self(3);
+
+    /// The mode called `name` in logs and tables; any other name gives one that is called `unknown`.
+    pub fn from_name(name: &str) -> Self {
+        let all = [Self::COMMANDED, Self::LOITER, Self::HOLD, Self::VANISHED];
+        all.into_iter().find(|mode| mode.name() == name).unwrap_or(Self(u32::MAX))
+    }
 
     /// The name that logs and tables use.
     pub fn name(self) -> &'static str {
@@ -42,9 +49,9 @@ impl FlightMode {
 pub struct SensedObstacle {
     /// Centre in the local frame, metres.
     pub position_m: [f64; 2],
-    /// `R_obs`.
+    /// Radius `R_obs`, Eq. (13).
     pub radius_m: f64,
-    /// `L_obs`: the distance from the centre at which it begins to repel.
+    /// `L_obs`, Eq. (13): the distance from the centre at which the obstacle begins to repel.
     pub braking_distance_m: f64,
 }
 
@@ -52,7 +59,7 @@ pub struct SensedObstacle {
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Sensed {
-    /// The tick of this moment.
+    /// The tick at which the world is as described.
     pub tick: Tick,
     /// Position in the local frame (x east, y north), metres.
     pub position_m: [f64; 2],
@@ -68,9 +75,9 @@ pub struct Sensed {
     pub mode: FlightMode,
     /// How many entries of `obstacles` are filled.
     pub obstacle_count: u32,
-    /// Obstacles in range that did not fit.
+    /// How many more obstacles in range did not fit; the farthest are left out.
     pub obstacles_omitted: u32,
-    /// Obstacles in range, nearest first.
+    /// Obstacles in range, nearest first; the entries after `obstacle_count` are zero.
     pub obstacles: [SensedObstacle; MAX_SENSED_OBSTACLES],
 }
 

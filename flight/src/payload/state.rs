@@ -3,16 +3,18 @@
 use crate::{Tick, UavId};
 use bytemuck::{Pod, Zeroable};
 
-/// How many rumours a [`UavState`] carries at most. More spread news faster, and make every state larger.
+/// How many rumours one [`UavState`] has room for. More spread the news of many losses at once faster, and make every
+/// state larger.
 pub const RUMOURS: usize = 8;
 
-/// What a UAV has heard about the standing of one member of the swarm.
+/// News of one UAV of the swarm: whether it is alive, suspected or lost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Rumour {
-    /// The number of the member, or 0 for an empty place.
+    /// The number of the UAV; 0 for an empty entry.
     pub uav: u32,
-    /// Three times its incarnation, plus 0 for alive, 1 for suspected, 2 for lost. Of two reports the higher is newer.
+    /// Three times its incarnation, plus 0 for alive, 1 for suspected, 2 for lost. Of two rumours about one UAV, the
+    /// one with the higher standing is newer.
     pub standing: u32,
 }
 
@@ -34,6 +36,6 @@ pub struct UavState {
     pub uav: UavId,
     /// Zero; keeps the layout free of padding.
     pub reserved: u32,
-    /// Losses and returns that it passes on; all empty in an undisturbed flight.
+    /// Losses and returns that the sender passes on; all empty in an undisturbed flight.
     pub rumours: [Rumour; RUMOURS],
 }

@@ -1,7 +1,6 @@
 //! Whether the agents agree on who lives.
 
-use super::is_commanded;
-use crate::frame::{Frame, UavFrame};
+use super::Frame;
 
 /// Watches how many views of who lives there are.
 #[derive(Debug, Clone, Default)]
@@ -31,9 +30,7 @@ impl AgreementWatch {
 }
 
 fn views(frame: &Frame) -> u32 {
-    let flies = |uav: &&UavFrame| uav.state.as_ref().is_some_and(is_commanded);
-    let controls = || frame.uavs.iter().filter(flies).filter_map(|uav| uav.control.as_ref());
-    let view = || controls().map(|control| control.lost_fingerprint);
+    let view = || frame.controls().map(|control| control.lost_fingerprint);
     let is_first =
         |(place, fingerprint): &(usize, u64)| view().take(*place).all(|other| other != *fingerprint);
     match view().next() {
@@ -47,6 +44,7 @@ fn views(frame: &Frame) -> u32 {
 mod tests {
     use super::*;
     use crate::testing;
+    use ringwing_flight::FlightMode;
 
     #[test]
     fn views_that_differ_are_counted_among_those_who_fly() {
@@ -60,7 +58,7 @@ mod tests {
         }
         watch.observe(&frame);
         assert_eq!((watch.views(), watch.disagreed_at()), (3, Some(7)));
-        frame.uavs[1].state.as_mut().unwrap().mode = "loiter".into();
+        frame.uavs[1].state.as_mut().unwrap().mode = FlightMode::LOITER;
         frame.uavs[2].control = None;
         watch.observe(&frame);
         assert_eq!((watch.views(), watch.disagreed_at()), (1, Some(7)));

@@ -1,10 +1,6 @@
 //! How much the swarm is one: headings, links, the age of what its members know, and how hard they are driven.
 
-use super::is_commanded;
-use crate::{
-    frame::{Frame, UavFrame},
-    schema::UavControl,
-};
+use super::{Frame, UavFrame};
 
 /// One moment of it; what does not exist is absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -22,12 +18,13 @@ pub struct Coherence {
 }
 
 impl Coherence {
-    /// The swarm in `frame`, whose ring has no gaps while the living agree, where it `closes`.
-    pub(super) fn of(frame: &Frame, closes: bool, views: u32) -> Self {
+    /// The swarm in `frame`, whose agents have `views` different views of who is alive.
+    pub(super) fn of(frame: &Frame, views: u32) -> Self {
         let (age_max_s, age_mean_s) = ages(frame);
         Self {
             order: order(frame),
-            ring_pieces: if closes { views } else { ring_pieces(frame) },
+            // A ring that closes after a loss has no gaps as long as its agents agree on who is alive.
+            ring_pieces: if frame.ring.closes() { views } else { ring_pieces(frame) },
             saturated_share: saturated_share(frame),
             age_max_s,
             age_mean_s,
@@ -35,20 +32,8 @@ impl Coherence {
     }
 }
 
-fn commanded(frame: &Frame) -> impl Iterator<Item = &UavFrame> {
-    frame.uavs.iter().filter(|uav| flies_on_command(uav))
-}
-
-fn flies_on_command(uav: &UavFrame) -> bool {
-    uav.state.as_ref().is_some_and(is_commanded)
-}
-
-fn controls(frame: &Frame) -> impl Iterator<Item = &UavControl> {
-    commanded(frame).filter_map(|uav| uav.control.as_ref())
-}
-
 fn order(frame: &Frame) -> Option<f64> {
-    let headings = commanded(frame).filter_map(|uav| uav.state.as_ref()).map(|state| state.heading_rad);
+    let headings = frame.all_commanded().map(|state| state.heading_rad);
     let (count, x, y) = headings.fold((0, 0.0, 0.0), |(count, x, y), heading| {
         (count + 1, x + libm::cos(heading), y + libm::sin(heading))
     });
@@ -58,21 +43,22 @@ fn order(frame: &Frame) -> Option<f64> {
 /// Each link that is missing cuts the ring once more; the first cut leaves it in one piece.
 fn ring_pieces(frame: &Frame) -> u32 {
     let neighbours = frame.uavs.iter().zip(frame.uavs.iter().cycle().skip(1));
-    let links =
-        neighbours.filter(|(one, next)| flies_on_command(one) && flies_on_command(next)).count() as u32;
-    let count = commanded(frame).count() as u32;
+    let are_linked = |(one, next): &(&UavFrame, &UavFrame)| one.commanded().and(next.commanded()).is_some();
+    let links = neighbours.filter(are_linked).count() as u32;
+    let count = frame.all_commanded().count() as u32;
     if links == count { count.min(1) } else { count - links }
 }
 
 fn saturated_share(frame: &Frame) -> Option<f64> {
-    let (all, cut) = controls(frame).fold((0, 0), |(all, cut), control| {
+    let (all, cut) = frame.controls().fold((0, 0), |(all, cut), control| {
         (all + 1, cut + u32::from(control.speed_saturated || control.turn_rate_saturated))
     });
     (all > 0).then(|| f64::from(cut) / f64::from(all))
 }
 
 fn ages(frame: &Frame) -> (Option<f64>, Option<f64>) {
-    let ages = controls(frame)
+    let ages = frame
+        .controls()
         .flat_map(|control| [control.previous_age_s, control.next_age_s, control.leader_age_s])
         .flatten();
     let (count, largest, sum) =
@@ -85,10 +71,11 @@ fn ages(frame: &Frame) -> (Option<f64>, Option<f64>) {
 mod tests {
     use super::*;
     use crate::testing::{at_rest, ring_of};
+    use ringwing_flight::FlightMode;
 
     #[test]
     fn the_formation_at_rest_is_one() {
-        let coherence = Coherence::of(&at_rest(&ring_of(5, 40.0), 3), false, 1);
+        let coherence = Coherence::of(&at_rest(&ring_of(5, 40.0), 3), 1);
         assert_eq!(
             (coherence.order, coherence.ring_pieces, coherence.saturated_share),
             (Some(1.0), 1, Some(0.0))
@@ -103,11 +90,11 @@ mod tests {
     fn a_ring_that_is_cut_twice_is_in_two_pieces() {
         let mut frame = at_rest(&ring_of(6, 40.0), 3);
         frame.uavs[0].state = None;
-        assert_eq!(Coherence::of(&frame, false, 1).ring_pieces, 1);
-        frame.uavs[3].state.as_mut().unwrap().mode = "loiter".into();
-        assert_eq!(Coherence::of(&frame, false, 1).ring_pieces, 2);
+        assert_eq!(Coherence::of(&frame, 1).ring_pieces, 1);
+        frame.uavs[3].state.as_mut().unwrap().mode = FlightMode::LOITER;
+        assert_eq!(Coherence::of(&frame, 1).ring_pieces, 2);
         frame.uavs.iter_mut().for_each(|uav| uav.state = None);
-        assert_eq!(Coherence::of(&frame, false, 1), Coherence::default());
+        assert_eq!(Coherence::of(&frame, 1), Coherence::default());
     }
 
     #[test]
@@ -117,7 +104,7 @@ mod tests {
             uav.state.as_mut().unwrap().heading_rad = std::f64::consts::PI;
         }
         frame.uavs[0].control.as_mut().unwrap().turn_rate_saturated = true;
-        let coherence = Coherence::of(&frame, false, 1);
+        let coherence = Coherence::of(&frame, 1);
         assert!(coherence.order.unwrap() < 1e-12);
         assert_eq!(coherence.saturated_share, Some(0.25));
     }

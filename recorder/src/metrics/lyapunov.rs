@@ -3,9 +3,7 @@
 //! Written out again, and not taken from the agents' law: the recorder judges what they flew, and knows no agent. A pair
 //! counts where both fly on command; half of it at each of the two.
 
-use super::{commanded, is_commanded};
-use crate::{frame::Frame, schema::UavState};
-use ringwing_flight::LivingRing;
+use super::{ControlTerms, Frame, TrueState};
 use ringwing_scenario::{Law, Scenario};
 
 /// Rounding may lift V by this share of it.
@@ -48,8 +46,8 @@ impl LyapunovWatch {
     }
 
     /// V in `frame`, in which so many are `commanded`.
-    pub(super) fn observe(&mut self, frame: &Frame, ring: &LivingRing, commanded: u32) -> Option<f64> {
-        let value = self.candidate(frame, ring).filter(|value| value.is_finite());
+    pub(super) fn observe(&mut self, frame: &Frame, commanded: u32) -> Option<f64> {
+        let value = self.candidate(frame).filter(|value| value.is_finite());
         let before = self.last.take();
         if let (Some(value_m2), Some(before)) = (value, before) {
             let follows = before.tick + 1 == frame.tick && before.commanded == commanded;
@@ -67,12 +65,12 @@ impl LyapunovWatch {
     }
 
     /// None where nobody flies on command, or a distance is not known.
-    fn candidate(&self, frame: &Frame, ring: &LivingRing) -> Option<f64> {
-        let mut sum = None;
+    fn candidate(&self, frame: &Frame) -> Option<f64> {
+        let (mut sum, ring) = (None, frame.ring.living());
         for number in 1..=frame.uavs.len() as u32 {
-            let Some(state) = commanded(frame, number) else { continue };
+            let Some(state) = frame.commanded(number) else { continue };
             let [previous, next] =
-                ring.neighbours(number).map(|other| other.filter(|other| commanded(frame, *other).is_some()));
+                ring.neighbours(number).map(|other| other.filter(|other| frame.commanded(*other).is_some()));
             let neighbours = [(previous, state.previous_distance_m), (next, state.next_distance_m)];
             let stretch = |(other, distance_m): (Option<u32>, Option<f64>)| {
                 Some(self.stretch(distance_m?, ring.rest_m(number, other?)))
@@ -88,7 +86,7 @@ impl LyapunovWatch {
     }
 
     /// What one UAV adds by its own place and heading.
-    fn share_of(&self, state: &UavState, radius_m: f64) -> Option<f64> {
+    fn share_of(&self, state: &TrueState, radius_m: f64) -> Option<f64> {
         let centre = self.stretch(state.leader_distance_m?, radius_m);
         let slot = self.slot_gain * state.slot_error_m?.powi(2);
         let heading = self.leader_speed_m_s * (1.0 - libm::cos(state.heading_rad - self.leader_heading_rad));
@@ -98,12 +96,11 @@ impl LyapunovWatch {
 
 /// Whether everybody flies Eq. (6) as it is: nothing cut by Eq. (12), nothing added by Eq. (13).
 fn is_proven(frame: &Frame) -> bool {
-    let in_formation = frame.uavs.iter().filter(|uav| uav.state.as_ref().is_some_and(is_commanded));
-    in_formation.map(|uav| uav.control.as_ref()).all(|control| {
-        control.is_some_and(|control| {
-            !control.speed_saturated && !control.turn_rate_saturated && control.repulsion_m == 0.0
-        })
-    })
+    let is_unaltered = |control: &ControlTerms| {
+        !control.speed_saturated && !control.turn_rate_saturated && control.repulsion_m == [0.0; 2]
+    };
+    let in_formation = frame.uavs.iter().filter(|uav| uav.commanded().is_some());
+    in_formation.map(|uav| uav.control.as_ref()).all(|control| control.is_some_and(is_unaltered))
 }
 
 #[cfg(test)]
@@ -120,32 +117,32 @@ mod tests {
     #[test]
     fn the_formation_has_the_least_and_each_term_its_weight() {
         let scenario = ring_of(4, 10.0);
-        let (mut watch, ring) = (LyapunovWatch::new(&scenario), scenario.whole_ring());
-        assert!(watch.observe(&at_rest(&scenario, 0), &ring, 4).unwrap() < 1e-20);
-        assert!((watch.observe(&displaced(&scenario, 1, 3.0), &ring, 4).unwrap() - 4.5).abs() < 1e-9);
+        let mut watch = LyapunovWatch::new(&scenario);
+        assert!(watch.observe(&at_rest(&scenario, 0), 4).unwrap() < 1e-20);
+        assert!((watch.observe(&displaced(&scenario, 1, 3.0), 4).unwrap() - 4.5).abs() < 1e-9);
         let mut frame = at_rest(&scenario, 2);
         let state = frame.uavs[0].state.as_mut().unwrap();
         (state.next_distance_m, state.heading_rad) = (Some(12.0), std::f64::consts::PI);
         // A quarter of G (2 m)^2, and twice the leader's speed.
-        assert!((watch.observe(&frame, &ring, 4).unwrap() - (0.25 * 2.0 * 4.0 + 30.0)).abs() < 1e-9);
+        assert!((watch.observe(&frame, 4).unwrap() - (0.25 * 2.0 * 4.0 + 30.0)).abs() < 1e-9);
     }
 
     #[test]
     fn a_rise_counts_where_nothing_excuses_it() {
         let scenario = ring_of(3, 40.0);
-        let (mut watch, ring) = (LyapunovWatch::new(&scenario), scenario.whole_ring());
+        let mut watch = LyapunovWatch::new(&scenario);
         let mut excused = displaced(&scenario, 1, 2.0);
         excused.uavs[1].control.as_mut().unwrap().speed_saturated = true;
         let frames = [displaced(&scenario, 0, 1.0), excused, displaced(&scenario, 2, 3.0)];
         let rises: Vec<_> = frames
             .iter()
             .map(|frame| {
-                watch.observe(frame, &ring, 3);
+                watch.observe(frame, 3);
                 watch.rises()
             })
             .collect();
         assert_eq!(rises, [0, 1, 1]);
-        watch.observe(&displaced(&scenario, 4, 9.0), &ring, 3);
+        watch.observe(&displaced(&scenario, 4, 9.0), 3);
         assert_eq!(watch.rises(), 1, "a tick is missing");
     }
 
@@ -154,7 +151,6 @@ mod tests {
         let scenario = ring_of(3, 40.0);
         let mut frame = at_rest(&scenario, 0);
         frame.uavs.iter_mut().for_each(|uav| uav.state = None);
-        let ring = scenario.whole_ring();
-        assert_eq!(LyapunovWatch::new(&scenario).observe(&frame, &ring, 0), None);
+        assert_eq!(LyapunovWatch::new(&scenario).observe(&frame, 0), None);
     }
 }

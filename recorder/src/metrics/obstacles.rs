@@ -1,14 +1,14 @@
 //! How close the swarm came to an obstacle, and whom it repelled.
 
 use super::ObstacleSummary;
-use crate::clock::Clock;
 use nalgebra::Point2;
-use ringwing_scenario::Obstacle;
+use ringwing_flight::Tick;
+use ringwing_scenario::ObstacleSection;
 
 /// Watches one obstacle.
 #[derive(Debug, Clone)]
 pub(super) struct ObstacleWatch {
-    obstacle: Obstacle,
+    obstacle: ObstacleSection,
     /// How near each UAV came, UAV 1 first; none for those that were never seen.
     nearest: Vec<Option<Nearest>>,
 }
@@ -21,7 +21,7 @@ struct Nearest {
 }
 
 impl ObstacleWatch {
-    pub(super) fn new(obstacle: &Obstacle) -> Self {
+    pub(super) fn new(obstacle: &ObstacleSection) -> Self {
         Self { obstacle: obstacle.clone(), nearest: Vec::new() }
     }
 
@@ -48,7 +48,7 @@ impl ObstacleWatch {
     }
 
     /// None while nobody has flown.
-    pub(super) fn summary(&self, clock: Clock) -> Option<ObstacleSummary> {
+    pub(super) fn summary(&self, rate_hz: u32) -> Option<ObstacleSummary> {
         let mut approaches: Vec<Nearest> = self.nearest.iter().flatten().copied().collect();
         approaches.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         let closest = approaches.first()?;
@@ -57,7 +57,7 @@ impl ObstacleWatch {
             name: self.obstacle.name.clone(),
             clearance_m: closest.distance_m - self.obstacle.radius_m,
             uav: closest.uav,
-            time_s: clock.seconds(closest.tick),
+            time_s: Tick(closest.tick).seconds(rate_hz),
             repelled: approaches.iter().take_while(is_repelled).map(|one| one.uav).collect(),
         })
     }
@@ -73,13 +73,13 @@ mod tests {
         let at = |uav, x| (uav, Point2::new(x, 0.0));
         watch.observe(0, &[at(1, 100.0 - 18.0), at(2, 0.0), at(3, 100.0 - 19.0)]);
         watch.observe(1, &[at(1, 0.0), at(3, 100.0 - 12.0)]);
-        assert_eq!(watch.summary(Clock::new(100)).map(|summary| summary.repelled), Some(vec![3, 1]));
+        assert_eq!(watch.summary(100).map(|summary| summary.repelled), Some(vec![3, 1]));
     }
 
     #[test]
     fn clearance_is_to_the_edge_and_negative_inside() {
         let mut watch = ObstacleWatch::new(&crate::testing::obstacle([100.0, 0.0]));
-        assert_eq!(watch.summary(Clock::new(100)), None);
+        assert_eq!(watch.summary(100), None);
         for (tick, x) in [(0, 40.0), (50, 96.0), (100, 85.0)] {
             watch.observe(tick, &[(1, Point2::new(0.0, 0.0)), (3, Point2::new(x, 0.0))]);
         }
@@ -90,6 +90,6 @@ mod tests {
             time_s: 0.5,
             repelled: vec![3],
         };
-        assert_eq!(watch.summary(Clock::new(100)), Some(expected));
+        assert_eq!(watch.summary(100), Some(expected));
     }
 }

@@ -1,8 +1,8 @@
 //! Who comes how close to whom.
 
-use super::ClosestPair;
-use crate::clock::Clock;
+use super::{ClosestPair, FlownRing};
 use nalgebra::Point2;
+use ringwing_flight::Tick;
 
 /// Two UAVs and how far apart they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,16 +25,15 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// The closest among UAVs at these places, of a ring of `count`; the numbers rise.
-    pub(super) fn among(places: &[(u32, Point2<f64>)], count: u32) -> Self {
-        // Squared distances, and the ring's order looked at only where they are small: n^2 / 2 of these a tick.
+    /// The closest among UAVs at these places that are, or are not, neighbours in `ring`; the numbers rise.
+    pub(super) fn among(places: &[(u32, Point2<f64>)], ring: &FlownRing) -> Self {
+        // There are n^2 / 2 pairs a tick: compare squared distances, and search the ring only for pairs that are close.
         let (mut adjacent, mut other) = (Candidate::NONE, Candidate::NONE);
         for (index, (uav, place)) in places.iter().enumerate() {
             for (number, there) in &places[index + 1..] {
                 let squared = (place - there).norm_squared();
                 if squared < adjacent.squared || squared < other.squared {
-                    let neighbours = number - uav == 1 || number - uav == count - 1;
-                    let kind = if neighbours { &mut adjacent } else { &mut other };
+                    let kind = if ring.are_neighbours(*uav, *number) { &mut adjacent } else { &mut other };
                     kind.offer(squared, *uav, *number);
                 }
             }
@@ -86,18 +85,18 @@ impl ClosestSoFar {
         keep_closer(&mut self.other, pairs.other, tick);
     }
 
-    pub(super) fn adjacent(&self, clock: Clock) -> Option<ClosestPair> {
-        self.adjacent.map(|closest| told(closest, clock))
+    pub(super) fn adjacent(&self, rate_hz: u32) -> Option<ClosestPair> {
+        self.adjacent.map(|closest| told(closest, rate_hz))
     }
 
-    pub(super) fn other(&self, clock: Clock) -> Option<ClosestPair> {
-        self.other.map(|closest| told(closest, clock))
+    pub(super) fn other(&self, rate_hz: u32) -> Option<ClosestPair> {
+        self.other.map(|closest| told(closest, rate_hz))
     }
 
-    pub(super) fn pair(&self, clock: Clock) -> Option<ClosestPair> {
+    pub(super) fn pair(&self, rate_hz: u32) -> Option<ClosestPair> {
         let both = self.adjacent.into_iter().chain(self.other);
         both.min_by(|one, two| one.0.distance_m.total_cmp(&two.0.distance_m))
-            .map(|closest| told(closest, clock))
+            .map(|closest| told(closest, rate_hz))
     }
 }
 
@@ -109,18 +108,22 @@ fn keep_closer(closest: &mut Option<(Pair, i64)>, pair: Option<Pair>, tick: i64)
     }
 }
 
-fn told((Pair { distance_m, uav, other }, tick): (Pair, i64), clock: Clock) -> ClosestPair {
-    ClosestPair { distance_m, uav, other, time_s: clock.seconds(tick) }
+fn told((Pair { distance_m, uav, other }, tick): (Pair, i64), rate_hz: u32) -> ClosestPair {
+    ClosestPair { distance_m, uav, other, time_s: Tick(tick).seconds(rate_hz) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing;
     use proptest::prelude::*;
 
+    fn numbered(places: &[(f64, f64)]) -> Vec<(u32, Point2<f64>)> {
+        (1..).zip(places.iter().map(|(x, y)| Point2::new(*x, *y))).collect()
+    }
+
     fn pairs(places: &[(f64, f64)]) -> Pairs {
-        let places: Vec<_> = (1..).zip(places.iter().map(|(x, y)| Point2::new(*x, *y))).collect();
-        Pairs::among(&places, places.len() as u32)
+        Pairs::among(&numbered(places), &FlownRing::new(&testing::ring_of(places.len() as u32, 40.0)))
     }
 
     #[test]
@@ -129,6 +132,22 @@ mod tests {
         assert_eq!(closest.adjacent, Some(Pair { distance_m: 3.0, uav: 1, other: 4 }));
         assert_eq!(closest.other.map(|pair| (pair.uav, pair.other)), Some((2, 4)));
         assert_eq!(closest.pair(), closest.adjacent);
+    }
+
+    #[test]
+    fn neighbours_are_those_of_the_ring_that_has_closed() {
+        let places = numbered(&[(0.0, 0.0), (1.0, 0.0), (5.0, 0.0), (9.0, 0.0), (50.0, 0.0)]);
+        let mut scenario = testing::ring_of(5, 40.0);
+        scenario.control.ring_closes = true;
+        let mut ring = FlownRing::new(&scenario);
+        assert_eq!(Pairs::among(&places, &ring).adjacent.map(|pair| (pair.uav, pair.other)), Some((1, 2)));
+        ring.follow(|number| number != 2);
+        // UAV 2 has left the ring: it is nobody's neighbour, and UAV 1 and 3 have become neighbours.
+        let closest = Pairs::among(&places, &ring);
+        assert_eq!(closest.other.map(|pair| (pair.uav, pair.other)), Some((1, 2)));
+        assert_eq!(closest.adjacent.map(|pair| (pair.uav, pair.other)), Some((3, 4)));
+        let far = numbered(&[(0.0, 0.0), (1.0, 0.0), (5.0, 0.0), (19.0, 0.0), (50.0, 0.0)]);
+        assert_eq!(Pairs::among(&far, &ring).adjacent.map(|pair| (pair.uav, pair.other)), Some((1, 3)));
     }
 
     #[test]
@@ -143,7 +162,7 @@ mod tests {
             closest.observe(tick, &pairs(&[(0.0, 0.0), (distance, 0.0), (99.0, 0.0)]));
         }
         let expected = ClosestPair { distance_m: 4.0, uav: 1, other: 2, time_s: 1.0 };
-        assert_eq!(closest.pair(Clock::new(10)), Some(expected));
+        assert_eq!(closest.pair(10), Some(expected));
     }
 
     proptest! {

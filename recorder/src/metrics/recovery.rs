@@ -1,7 +1,7 @@
 //! How long the formation takes to be whole again after each fault.
 
 use super::settling::TOLERANCE_M;
-use crate::clock::Clock;
+use ringwing_flight::Tick;
 use serde::{Deserialize, Serialize};
 
 /// More faults than this are counted and not listed.
@@ -9,7 +9,7 @@ const LISTED: usize = 100;
 
 /// A fault, and how long it was felt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Recovery {
+pub struct FaultRecovery {
     /// What happened.
     pub fault: String,
     /// When.
@@ -26,6 +26,8 @@ pub(super) struct RecoveryWatch {
     count: u64,
     /// There was one more than are listed, which ends the time of the last of those.
     overflown: bool,
+    /// The last tick that had a slot error, and the largest of them.
+    newest: Option<(i64, f64)>,
 }
 
 #[derive(Debug, Clone)]
@@ -37,13 +39,16 @@ struct Felt {
 }
 
 impl RecoveryWatch {
-    /// Takes a fault of `tick`; several of one tick are one.
-    pub(super) fn hear(&mut self, tick: i64, what: &str) {
+    /// Takes a disturbance of `tick`, described by `what`; several of one tick are one.
+    pub(super) fn on_disturbance(&mut self, tick: i64, what: &str) {
         self.count += 1;
         if let Some(last) = self.faults.last_mut().filter(|last| last.tick == tick) {
             last.what = format!("{}; {what}", last.what);
         } else if self.faults.len() < LISTED {
-            self.faults.push(Felt { what: what.to_owned(), tick, whole_since: None });
+            // One that is reported after the frame of its tick counts from there on as well.
+            let after = self.newest.filter(|(newest, error_m)| *newest >= tick && *error_m <= TOLERANCE_M);
+            let whole_since = after.map(|(newest, _)| newest);
+            self.faults.push(Felt { what: what.to_owned(), tick, whole_since });
         } else {
             self.overflown = true;
         }
@@ -51,8 +56,9 @@ impl RecoveryWatch {
 
     /// Takes the largest slot error of `tick`; a tick without one says nothing.
     pub(super) fn observe(&mut self, tick: i64, slot_error_max_m: Option<f64>) {
-        let last = self.faults.last_mut().filter(|_| !self.overflown);
-        if let (Some(last), Some(error_m)) = (last, slot_error_max_m) {
+        let Some(error_m) = slot_error_max_m else { return };
+        self.newest = Some((tick, error_m));
+        if let Some(last) = self.faults.last_mut().filter(|_| !self.overflown) {
             last.whole_since = (error_m <= TOLERANCE_M).then(|| last.whole_since.unwrap_or(tick));
         }
     }
@@ -63,11 +69,11 @@ impl RecoveryWatch {
     }
 
     /// The first of them, in order of time.
-    pub(super) fn recoveries(&self, clock: Clock) -> Vec<Recovery> {
-        let recovery = |felt: &Felt| Recovery {
+    pub(super) fn recoveries(&self, rate_hz: u32) -> Vec<FaultRecovery> {
+        let recovery = |felt: &Felt| FaultRecovery {
             fault: felt.what.clone(),
-            time_s: clock.seconds(felt.tick),
-            recovery_s: felt.whole_since.map(|tick| clock.seconds(tick - felt.tick)),
+            time_s: Tick(felt.tick).seconds(rate_hz),
+            recovery_s: felt.whole_since.map(|tick| Tick(tick - felt.tick).seconds(rate_hz)),
         };
         self.faults.iter().map(recovery).collect()
     }
@@ -82,11 +88,11 @@ mod tests {
         let mut watch = RecoveryWatch::default();
         for tick in 0..100 {
             if faults.contains(&tick) {
-                watch.hear(tick, "loss");
+                watch.on_disturbance(tick, "loss");
             }
             watch.observe(tick, Some(if bad.contains(&tick) { 1.5 } else { 0.5 }));
         }
-        watch.recoveries(Clock::new(10)).into_iter().map(|recovery| recovery.recovery_s).collect()
+        watch.recoveries(10).into_iter().map(|recovery| recovery.recovery_s).collect()
     }
 
     #[test]
@@ -106,9 +112,9 @@ mod tests {
     fn faults_of_one_tick_are_one_and_a_flood_is_counted() {
         let mut watch = RecoveryWatch::default();
         for tick in 0..500 {
-            watch.hear(tick / 2, "loss");
+            watch.on_disturbance(tick / 2, "loss");
         }
-        assert_eq!((watch.count(), watch.recoveries(Clock::new(10)).len()), (500, LISTED));
-        assert_eq!(watch.recoveries(Clock::new(10))[0].fault, "loss; loss");
+        assert_eq!((watch.count(), watch.recoveries(10).len()), (500, LISTED));
+        assert_eq!(watch.recoveries(10)[0].fault, "loss; loss");
     }
 }

@@ -1,7 +1,6 @@
 //! What the flight was like, for tables, scripts and the verdict.
 
-use super::{Recovery, is_commanded};
-use crate::{links::LinkTotals, schema::UavState};
+use super::{FaultRecovery, LinkTotals, TrueState};
 use serde::{Deserialize, Serialize};
 
 /// A flight in numbers; what does not exist is absent, never 0.
@@ -42,7 +41,7 @@ pub struct FlightSummary {
     /// Faults in all: what was asked for, the return of a UAV included, and processes that were lost or frozen.
     pub faults: u64,
     /// How long each was felt; only the first hundred.
-    pub recoveries: Vec<Recovery>,
+    pub recoveries: Vec<FaultRecovery>,
     /// Ticks measured.
     pub ticks: u64,
     /// Ticks lost, or not had whole.
@@ -106,11 +105,11 @@ pub struct UavSummary {
 }
 
 impl UavSummary {
-    pub(super) fn of(state: &UavState) -> Self {
+    pub(super) fn of(state: &TrueState) -> Self {
         let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
         Self {
             uav: state.uav,
-            commanded: is_commanded(state),
+            commanded: state.is_commanded(),
             slot_error_m: finite(state.slot_error_m),
             previous_distance_m: finite(state.previous_distance_m),
             next_distance_m: finite(state.next_distance_m),

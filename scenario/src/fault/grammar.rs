@@ -1,13 +1,13 @@
-//! From a sentence to what it means.
+//! Parses the sentence of a fault.
+//!
+//! Never checks a fault against a swarm: whether the UAVs named exist is [`Action::refusal`]'s question.
 
 use super::{
-    Action, Delay, Fault, Links, Misunderstanding, ProcessFault, Receiver, Sender, Targets, Trouble,
-    words::Words,
+    Action, Delay, Fault, FaultSyntaxError, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets,
+    lexer::{Lexer, Parsed},
 };
+use std::str::FromStr;
 
-type Read<T> = Result<T, Misunderstanding>;
-
-const DEEDS: [&str; 8] = ["kill", "stop", "freeze", "thaw", "start", "restart", "flap", "slow"];
 const ACTIONS: [&str; 12] = [
     "kill",
     "stop",
@@ -22,80 +22,101 @@ const ACTIONS: [&str; 12] = [
     "isolate",
     "heal",
 ];
-const TROUBLES: [&str; 10] =
+const IMPAIRMENTS: [&str; 10] =
     ["delay", "loss", "gilbert", "blackout", "duplicate", "reorder", "hold", "stuck", "bias", "noise"];
-/// What a sample that is reordered is held back by, if it is not said.
-const REORDERED_BY_S: f64 = 0.05;
-/// Shape of a Pareto tail, if it is not said: the smallest whole one with a finite variance.
-const PARETO_SHAPE: f64 = 3.0;
+/// Time by which `reorder` holds a sample back by default: five ticks at 100 Hz. A time shorter than a tick would
+/// reorder nothing.
+const REORDER_DEFAULT_S: f64 = 0.05;
+/// Default shape of a Pareto tail: the smallest whole number with a finite variance.
+const PARETO_SHAPE_DEFAULT: f64 = 3.0;
 
-/// `at 30 s kill uav 3`.
-pub(super) fn fault(text: &str) -> Read<Fault> {
-    let mut words = Words::of(text);
-    if !words.take("at") {
-        return Err(words.wanted("when first, such as in: at 30 s kill uav 3", &["at"]));
+impl FromStr for Fault {
+    type Err = FaultSyntaxError;
+
+    fn from_str(text: &str) -> Parsed<Self> {
+        let mut words = Lexer::new(text);
+        if !words.take("at") {
+            return Err(words.expected("a time first, such as in: at 30 s kill uav 3", &["at"]));
+        }
+        let at_s = words.time_s()?;
+        Ok(Self { at_s, action: action(&mut words)? })
     }
-    let at_s = words.time_s()?;
-    Ok(Fault { at_s, action: whole_action(&mut words)? })
 }
 
-/// `kill uav 3`.
-pub(super) fn action(text: &str) -> Read<Action> {
-    whole_action(&mut Words::of(text))
+impl FromStr for Action {
+    type Err = FaultSyntaxError;
+
+    fn from_str(text: &str) -> Parsed<Self> {
+        action(&mut Lexer::new(text))
+    }
 }
 
-fn whole_action(words: &mut Words<'_>) -> Read<Action> {
+impl TryFrom<String> for Action {
+    type Error = FaultSyntaxError;
+
+    fn try_from(text: String) -> Parsed<Self> {
+        text.parse()
+    }
+}
+
+/// An action, which must be all that is left of the sentence.
+fn action(words: &mut Lexer<'_>) -> Parsed<Action> {
     let action = match words.choose(&ACTIONS)? {
         "link" => {
             let links = links(words)?;
-            on(links, trouble(words)?, words)?
+            link_action(links, impairment(words)?, words)?
         }
-        "partition" => on(partition(words)?, cut(words)?, words)?,
-        "isolate" => on(isolate(words)?, cut(words)?, words)?,
-        "heal" => Action::Heal(healed(words)?),
-        fault => process(fault, words)?,
+        "partition" => link_action(partition(words)?, impairment_or_blackout(words)?, words)?,
+        "isolate" => link_action(isolate(words)?, impairment_or_blackout(words)?, words)?,
+        "heal" => Action::Heal(healed_links(words)?),
+        verb => process_action(verb, words)?,
     };
     words.end()?;
     Ok(action)
 }
 
-fn process(verb: &str, words: &mut Words<'_>) -> Read<Action> {
-    debug_assert!(DEEDS.contains(&verb));
+fn process_action(verb: &str, words: &mut Lexer<'_>) -> Parsed<Action> {
+    // The targets come before the times: `freeze uav 3 for 2 s`.
     let targets = targets(words)?;
-    let fault = match verb {
+    let fault = process_fault(verb, words)?;
+    Ok(Action::Process { fault, targets })
+}
+
+fn process_fault(verb: &str, words: &mut Lexer<'_>) -> Parsed<ProcessFault> {
+    Ok(match verb {
         "kill" => ProcessFault::Kill,
         "stop" => ProcessFault::Stop,
         "freeze" => ProcessFault::Freeze { for_s: for_s(words)? },
         "thaw" => ProcessFault::Thaw,
         "start" => ProcessFault::Start,
         "restart" => {
-            words.need("after")?;
+            words.expect("after")?;
             ProcessFault::Restart { after_s: words.duration_s()? }
         }
         "flap" => {
-            words.need("every")?;
+            words.expect("every")?;
             let every_s = words.duration_s()?;
-            words.need("for")?;
+            words.expect("for")?;
             ProcessFault::Flap { every_s, for_s: words.duration_s()? }
         }
+        // "slow", the last of the process faults in ACTIONS.
         _ => {
-            words.need("by")?;
+            words.expect("by")?;
             ProcessFault::Slow { by_s: words.duration_s()?, for_s: for_s(words)? }
         }
-    };
-    Ok(Action::Process { fault, targets })
+    })
 }
 
-fn targets(words: &mut Words<'_>) -> Read<Targets> {
+fn targets(words: &mut Lexer<'_>) -> Parsed<Targets> {
     Ok(match words.choose(&["uav", "random", "all", "leader", "recorder", "world"])? {
         "uav" => Targets::Uavs(words.separated(uav)?),
         "random" => {
-            let count = words.count("how many UAVs to draw, such as random 2 uavs")?;
+            let count = words.count("the number of UAVs to draw, such as random 2 uavs")?;
             words.choose(&["uavs", "uav"])?;
             Targets::Random(count)
         }
         "all" => {
-            words.need("uavs")?;
+            words.expect("uavs")?;
             Targets::AllUavs
         }
         "leader" => Targets::Leader,
@@ -104,55 +125,60 @@ fn targets(words: &mut Words<'_>) -> Read<Targets> {
     })
 }
 
-fn uav(words: &mut Words<'_>) -> Read<u32> {
-    words.count("a UAV's number, from 1")
+fn uav(words: &mut Lexer<'_>) -> Parsed<u32> {
+    words.count("the number of a UAV, from 1")
 }
 
-fn for_s(words: &mut Words<'_>) -> Read<Option<f64>> {
+/// `for 10 s`, or nothing.
+fn for_s(words: &mut Lexer<'_>) -> Parsed<Option<f64>> {
     if words.take("for") { words.duration_s().map(Some) } else { Ok(None) }
 }
 
-fn on(links: Links, trouble: Trouble, words: &mut Words<'_>) -> Read<Action> {
-    Ok(Action::Link { links, trouble, for_s: for_s(words)? })
+fn link_action(links: Links, impairment: LinkImpairment, words: &mut Lexer<'_>) -> Parsed<Action> {
+    Ok(Action::Link { links, impairment, for_s: for_s(words)? })
 }
 
-/// What a partition does if nothing else is said.
-fn cut(words: &mut Words<'_>) -> Read<Trouble> {
+/// `partition` and `isolate` cut links unless the sentence names an impairment.
+fn impairment_or_blackout(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     if words.peek().is_none_or(|word| word.eq_ignore_ascii_case("for")) {
-        Ok(Trouble::Blackout)
+        Ok(LinkImpairment::Blackout)
     } else {
-        trouble(words)
+        impairment(words)
     }
 }
 
 /// `2->3`, `2<->3`, `all`, `leader->all`, `own->3`.
-fn links(words: &mut Words<'_>) -> Read<Links> {
-    let sender = if words.take("leader") {
-        Sender::Leader
-    } else if words.take("own") {
-        Sender::Own
-    } else if words.take("all") {
-        if !matches!(words.peek(), Some("->")) {
-            return Ok(Links::All);
-        }
-        Sender::All
-    } else {
-        Sender::Uav(words.count("a link, such as 2->3, 2<->3, leader->all, own->3 or all")?)
-    };
+fn links(words: &mut Lexer<'_>) -> Parsed<Links> {
+    let sender = sender(words)?;
+    if sender == Sender::All && words.peek() != Some("->") {
+        return Ok(Links::All);
+    }
     if let Sender::Uav(one) = sender
         && words.take("<->")
     {
         let other = uav(words)?;
         return Ok(Links::Between(one.min(other), one.max(other)));
     }
-    words.need("->")?;
+    words.expect("->")?;
     Ok(Links::From(sender, if words.take("all") { Receiver::All } else { Receiver::Uav(uav(words)?) }))
 }
 
+fn sender(words: &mut Lexer<'_>) -> Parsed<Sender> {
+    Ok(if words.take("leader") {
+        Sender::Leader
+    } else if words.take("own") {
+        Sender::Own
+    } else if words.take("all") {
+        Sender::All
+    } else {
+        Sender::Uav(words.count("a link, such as 2->3, 2<->3, leader->all, own->3 or all")?)
+    })
+}
+
 /// `{1,2,3}|{4,5,6}`.
-fn partition(words: &mut Words<'_>) -> Read<Links> {
+fn partition(words: &mut Lexer<'_>) -> Parsed<Links> {
     let mut groups = vec![words.braced(uav)?];
-    words.need("|")?;
+    words.expect("|")?;
     groups.push(words.braced(uav)?);
     while words.take("|") {
         groups.push(words.braced(uav)?);
@@ -160,18 +186,18 @@ fn partition(words: &mut Words<'_>) -> Read<Links> {
     let mut named = groups.concat();
     named.sort_unstable();
     match named.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(twice) => Err(words.wanted(&format!("each UAV in one group: uav {} is in two", twice[0]), &[])),
+        Some(pair) => Err(words.expected(&format!("each UAV once, but uav {} is named twice", pair[0]), &[])),
         None => Ok(Links::Partition(groups)),
     }
 }
 
-fn isolate(words: &mut Words<'_>) -> Read<Links> {
-    // Also `isolate uav 3`: as the processes are called.
+/// `3`, or `uav 3` as in the process faults.
+fn isolate(words: &mut Lexer<'_>) -> Parsed<Links> {
     words.take("uav");
     uav(words).map(Links::Isolate)
 }
 
-fn healed(words: &mut Words<'_>) -> Read<Links> {
+fn healed_links(words: &mut Lexer<'_>) -> Parsed<Links> {
     match words.choose(&["all", "link", "partition", "isolate"])? {
         "all" => Ok(Links::All),
         "link" => links(words),
@@ -180,36 +206,35 @@ fn healed(words: &mut Words<'_>) -> Read<Links> {
     }
 }
 
-fn trouble(words: &mut Words<'_>) -> Read<Trouble> {
-    Ok(match words.choose(&TROUBLES)? {
-        "delay" => Trouble::Delay(delay(words)?),
-        "loss" => Trouble::Loss(words.probability()?),
+fn impairment(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
+    Ok(match words.choose(&IMPAIRMENTS)? {
+        "delay" => LinkImpairment::Delay(delay(words)?),
+        "loss" => LinkImpairment::Loss(words.probability()?),
         "gilbert" => gilbert(words)?,
-        "blackout" => Trouble::Blackout,
-        "duplicate" => Trouble::Duplicate(words.probability()?),
+        "blackout" => LinkImpairment::Blackout,
+        "duplicate" => LinkImpairment::Duplicate(words.probability()?),
         "reorder" => {
             let p = words.probability()?;
-            Trouble::Reorder { p, by_s: if words.take("by") { words.duration_s()? } else { REORDERED_BY_S } }
+            let by_s = if words.take("by") { words.duration_s()? } else { REORDER_DEFAULT_S };
+            LinkImpairment::Reorder { p, by_s }
         }
-        "hold" => Trouble::Hold,
-        "stuck" => Trouble::Stuck,
+        "hold" => LinkImpairment::Hold,
+        "stuck" => LinkImpairment::Stuck,
         "bias" => bias(words)?,
         _ => noise(words)?,
     })
 }
 
-fn delay(words: &mut Words<'_>) -> Read<Delay> {
+fn delay(words: &mut Lexer<'_>) -> Parsed<Delay> {
     if words.take("trace") {
-        return words.braced(Words::time_s).map(Delay::Trace);
+        return words.braced(Lexer::time_s).map(Delay::Trace);
     }
     if words.take("file") {
         return words.text("a file of delays in quotes, such as \"wifi.txt\"").map(Delay::File);
     }
-    if !words.peek().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))) {
-        return Err(words.wanted(
-            "a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"",
-            &["trace", "file"],
-        ));
+    if !words.is_at_number() {
+        let what = "a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"";
+        return Err(words.expected(what, &["trace", "file"]));
     }
     let by_s = words.time_s()?;
     Ok(if words.take("jitter") {
@@ -218,46 +243,49 @@ fn delay(words: &mut Words<'_>) -> Read<Delay> {
         Delay::Normal { by_s, deviation_s: words.duration_s()? }
     } else if words.take("pareto") {
         let tail_s = words.duration_s()?;
-        let shape = if words.take("shape") { words.above(1.0, "a shape such as 3")? } else { PARETO_SHAPE };
+        let has_shape = words.take("shape");
+        let shape = if has_shape { words.above(1.0, "a shape such as 3")? } else { PARETO_SHAPE_DEFAULT };
         Delay::Pareto { by_s, tail_s, shape }
     } else {
         Delay::Constant { by_s }
     })
 }
 
-/// `gilbert 1 % 10 %`, and then what comes through a bad and a good link: nothing and all, if it is not said.
-fn gilbert(words: &mut Words<'_>) -> Read<Trouble> {
+/// `gilbert 1 % 10 %`: by default a bad link loses every sample and a good one none.
+fn gilbert(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     let (p, r) = (words.probability()?, words.probability()?);
-    let more =
-        |words: &Words<'_>| words.peek().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit()));
-    let h = if more(words) { words.probability()? } else { 0.0 };
-    let k = if more(words) { words.probability()? } else { 1.0 };
-    Ok(Trouble::Gilbert { p, r, h, k })
+    let h = if words.is_at_number() { words.probability()? } else { 0.0 };
+    let k = if words.is_at_number() { words.probability()? } else { 1.0 };
+    Ok(LinkImpairment::Gilbert { p, r, h, k })
 }
 
-fn bias(words: &mut Words<'_>) -> Read<Trouble> {
+/// `bias x 3 m heading 5 deg`: one or more errors in any order; the others are 0.
+fn bias(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
+    const NAMES: [&str; 3] = ["x", "y", "heading"];
     let (mut x_m, mut y_m, mut heading_rad) = (0.0, 0.0, 0.0);
-    let mut which = Some(words.choose(&["x", "y", "heading"])?);
-    while let Some(name) = which {
+    let mut next = Some(words.choose(&NAMES)?);
+    while let Some(name) = next {
         match name {
             "x" => x_m = words.length_m()?,
             "y" => y_m = words.length_m()?,
             _ => heading_rad = words.angle_rad()?,
         }
-        which = ["x", "y", "heading"].into_iter().find(|name| words.take(name));
+        next = NAMES.into_iter().find(|name| words.take(name));
     }
-    Ok(Trouble::Bias { x_m, y_m, heading_rad })
+    Ok(LinkImpairment::Bias { x_m, y_m, heading_rad })
 }
 
-fn noise(words: &mut Words<'_>) -> Read<Trouble> {
+/// `noise position 2 m heading 1 deg`: one or both, in any order; the other is 0.
+fn noise(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
+    const NAMES: [&str; 2] = ["position", "heading"];
     let (mut position_m, mut heading_rad) = (0.0, 0.0);
-    let mut which = Some(words.choose(&["position", "heading"])?);
-    while let Some(name) = which {
+    let mut next = Some(words.choose(&NAMES)?);
+    while let Some(name) = next {
         match name {
             "position" => position_m = words.length_m()?.abs(),
             _ => heading_rad = words.angle_rad()?.abs(),
         }
-        which = ["position", "heading"].into_iter().find(|name| words.take(name));
+        next = NAMES.into_iter().find(|name| words.take(name));
     }
-    Ok(Trouble::Noise { position_m, heading_rad })
+    Ok(LinkImpairment::Noise { position_m, heading_rad })
 }

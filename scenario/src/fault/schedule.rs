@@ -1,139 +1,159 @@
-//! The schedule of faults: what to do to which process before which tick, and which links have faults when.
+//! Turns the faults of a run into ticks: what happens to which process before which tick, and which links are impaired
+//! when.
+//!
+//! Never depends on how a run goes: the same faults, seed and swarm give the same schedule in every process.
 
-use super::{Action, Fault, Links, ProcessFault, Targets, Trouble};
+use super::{Action, Fault, LinkImpairment, Links, ProcessFault, Targets};
 use ringwing_flight::{Event, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
 
-/// Something to do to one process at one tick.
+/// One thing to do to one process.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScheduledAction {
-    /// Before this tick is opened.
-    pub tick: i64,
+    /// The action takes effect before this tick opens.
+    pub tick: Tick,
     /// The process.
     pub part: Part,
     /// What to do to it.
     pub action: ProcessAction,
-    /// The sentence that asked for it.
+    /// The action of the fault that asked for it, as a sentence without its time.
     pub sentence: String,
 }
 
-/// A fault of links, with its ticks.
+/// An impairment of links and the ticks for which it lasts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkFault {
-    /// Applies to what is sent from this tick on.
-    pub begin: i64,
-    /// No longer applies to what is sent from this tick on; `None` if it lasts.
-    pub end: Option<i64>,
+    /// The first tick whose samples are impaired.
+    pub begin: Tick,
+    /// The first tick whose samples are no longer impaired; `None` if the fault lasts to the end.
+    pub end: Option<Tick>,
     /// The links.
     pub links: Links,
-    /// What is wrong with them.
-    pub trouble: Trouble,
-    /// The sentence that asked for it, without its time.
+    /// What they do to their samples.
+    pub impairment: LinkImpairment,
+    /// The action of the fault that asked for it, as a sentence without its time.
     pub sentence: String,
 }
 
 impl LinkFault {
-    /// Whether it applies to what is sent at `tick`.
-    pub fn is_on(&self, tick: i64) -> bool {
-        self.begin <= tick && self.end.is_none_or(|end| tick < end)
+    /// Whether samples sent at `tick` are impaired.
+    pub fn is_on(&self, tick: Tick) -> bool {
+        is_on(self.begin, self.end, tick)
     }
 }
 
-/// A process that answers late for a while.
+/// A process that answers late, and the ticks for which it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowAnswers {
     /// The process.
     pub part: Part,
-    /// From this tick on.
-    pub begin: i64,
-    /// To the tick before this one.
-    pub end: i64,
-    /// How much later, by the wall clock.
+    /// The first tick with a late answer.
+    pub begin: Tick,
+    /// The first tick with a timely answer again; `None` if the fault lasts to the end.
+    pub end: Option<Tick>,
+    /// Delay of each answer by the wall clock, in seconds.
     pub by_s: f64,
 }
 
-/// The faults of one run, to be put on its ticks.
+impl SlowAnswers {
+    /// Whether the answer to `tick` is late.
+    pub fn is_on(&self, tick: Tick) -> bool {
+        is_on(self.begin, self.end, tick)
+    }
+}
+
+fn is_on(begin: Tick, end: Option<Tick>, tick: Tick) -> bool {
+    begin <= tick && end.is_none_or(|end| tick < end)
+}
+
+/// The faults of a run together with what their ticks and targets depend on.
 #[derive(Debug, Clone, Copy)]
-pub struct Schedule<'f> {
-    /// The faults, in the order they were asked for.
+pub struct FaultSchedule<'f> {
+    /// The faults, in the order of the scenario; those added to a live run come last.
     pub faults: &'f [Fault],
-    /// Seed of the drawn targets.
+    /// Seed of the randomly drawn targets.
     pub seed: u64,
-    /// Ticks a second.
+    /// Ticks per second.
     pub rate_hz: u32,
     /// Number of UAVs.
     pub uavs: u32,
 }
 
-/// A process fault and the processes it was assigned to.
-struct Assigned {
-    tick: i64,
+/// A process fault with its tick and the processes that it names or draws.
+struct AssignedFault {
+    tick: Tick,
     fault: ProcessFault,
     parts: Vec<Part>,
     sentence: String,
 }
 
-/// The purpose of these draws. Another value draws other targets from the same seed.
-const RANDOM_TARGETS: u64 = 0x7461_7267_6574;
+/// Separates these draws from all others of the seed ("target" in ASCII). Another value would draw other targets.
+const TARGET_DRAWS: u64 = 0x7461_7267_6574;
 
-impl Schedule<'_> {
-    /// The tick at `time_s`.
-    pub fn tick(&self, time_s: f64) -> i64 {
-        (time_s * f64::from(self.rate_hz)).round() as i64
+impl FaultSchedule<'_> {
+    /// The tick nearest to `time_s`.
+    pub fn tick(&self, time_s: f64) -> Tick {
+        Tick((time_s * f64::from(self.rate_hz)).round() as i64)
     }
 
-    /// A duration in ticks: at least one.
-    fn ticks(&self, time_s: f64) -> i64 {
-        self.tick(time_s).max(1)
+    /// The tick a duration after `start`, at least one later: otherwise a short fault would end as it begins.
+    fn tick_after(&self, start: Tick, duration_s: f64) -> Tick {
+        Tick(start.0 + self.ticks(duration_s))
     }
 
-    /// What to do to which process when, in order of ticks; within a tick in the order of the faults.
+    fn ticks(&self, duration_s: f64) -> i64 {
+        self.tick(duration_s).0.max(1)
+    }
+
+    /// What to do to processes, in order of ticks, and within a tick in order of the faults.
     pub fn scheduled_actions(&self) -> Vec<ScheduledAction> {
         let mut all = Vec::new();
-        for Assigned { tick, fault, parts, sentence } in self.process_faults() {
-            let moments = self.moments(fault, tick);
+        for AssignedFault { tick, fault, parts, sentence } in self.process_faults() {
+            let steps = self.steps(fault, tick);
             for part in parts {
                 let scheduled =
                     |&(tick, action)| ScheduledAction { tick, part, action, sentence: sentence.clone() };
-                all.extend(moments.iter().map(scheduled));
+                all.extend(steps.iter().map(scheduled));
             }
         }
         all.sort_by_key(|scheduled: &ScheduledAction| scheduled.tick);
         all
     }
 
-    /// The process faults, each with its tick and the processes it names or draws.
-    fn process_faults(&self) -> Vec<Assigned> {
+    fn process_faults(&self) -> Vec<AssignedFault> {
         let mut all = Vec::new();
-        let mut drawn = Vec::new();
-        for asked in self.faults {
-            let Action::Process { fault, targets } = &asked.action else { continue };
-            let tick = self.tick(asked.at_s);
-            let rank = drawn.iter().filter(|before| **before == tick).count();
+        let mut draw_ticks = Vec::new();
+        for requested in self.faults {
+            let Action::Process { fault, targets } = &requested.action else { continue };
+            let tick = self.tick(requested.at_s);
+            let rank = draw_ticks.iter().filter(|before| **before == tick).count();
             if matches!(targets, Targets::Random(_)) {
-                drawn.push(tick);
+                draw_ticks.push(tick);
             }
-            let parts = self.named(targets, tick, rank as u64);
-            all.push(Assigned { tick, fault: *fault, parts, sentence: asked.action.to_string() });
+            let parts = self.parts(targets, tick, rank as u64);
+            all.push(AssignedFault { tick, fault: *fault, parts, sentence: requested.action.to_string() });
         }
         all
     }
 
-    /// The processes of `targets`; a draw depends on its tick, and on its rank among those of the same tick.
-    fn named(&self, targets: &Targets, tick: i64, rank: u64) -> Vec<Part> {
+    /// The processes of `targets`.
+    ///
+    /// A draw depends on its tick and on its `rank` among the draws of that tick, so that one more draw elsewhere
+    /// does not change it.
+    fn parts(&self, targets: &Targets, tick: Tick, rank: u64) -> Vec<Part> {
         let uavs = match targets {
             Targets::World => return vec![Part::World],
             Targets::Leader => return vec![Part::Leader],
             Targets::Recorder => return vec![Part::Recorder],
             Targets::Uavs(uavs) => uavs.clone(),
-            Targets::Random(count) => Draws::new(self.seed, [RANDOM_TARGETS, rank, 0], tick.cast_unsigned())
+            Targets::Random(count) => Draws::new(self.seed, [TARGET_DRAWS, rank, 0], tick.0.cast_unsigned())
                 .choose(*count, self.uavs),
             Targets::AllUavs => (1..=self.uavs).collect(),
         };
         uavs.into_iter().map(|uav| Part::Agent(UavId(uav))).collect()
     }
 
-    /// The single actions that `fault`, begun at `tick`, consists of.
-    fn moments(&self, fault: ProcessFault, tick: i64) -> Vec<(i64, ProcessAction)> {
+    /// The single actions that make up `fault` when it begins at `tick`.
+    fn steps(&self, fault: ProcessFault, tick: Tick) -> Vec<(Tick, ProcessAction)> {
         let kill = ProcessAction::Kill { returns: true };
         match fault {
             ProcessFault::Kill => vec![(tick, ProcessAction::Kill { returns: false })],
@@ -142,21 +162,24 @@ impl Schedule<'_> {
             ProcessFault::Start => vec![(tick, ProcessAction::Start)],
             ProcessFault::Freeze { for_s: None } => vec![(tick, ProcessAction::Freeze)],
             ProcessFault::Freeze { for_s: Some(for_s) } => {
-                vec![(tick, ProcessAction::Freeze), (tick + self.ticks(for_s), ProcessAction::Thaw)]
+                vec![(tick, ProcessAction::Freeze), (self.tick_after(tick, for_s), ProcessAction::Thaw)]
             }
             ProcessFault::Restart { after_s } => {
-                vec![(tick, kill), (tick + self.ticks(after_s), ProcessAction::Start)]
+                vec![(tick, kill), (self.tick_after(tick, after_s), ProcessAction::Start)]
             }
             ProcessFault::Flap { every_s, for_s } => {
-                let (every, last) = (self.ticks(every_s).max(2), tick + self.ticks(for_s));
-                let deaths = (tick..last).step_by(every as usize);
-                deaths.flat_map(|death| [(death, kill), (death + every / 2, ProcessAction::Start)]).collect()
+                // A period of two ticks leaves one for the kill and one for the start.
+                let (period, end) = (self.ticks(every_s).max(2), self.tick_after(tick, for_s));
+                let kills = (tick.0..end.0).step_by(period as usize);
+                let pair = |at| [(Tick(at), kill), (Tick(at + period / 2), ProcessAction::Start)];
+                kills.flat_map(pair).collect()
             }
+            // No process acts on another here: the agent delays its own answers, see `slow_answers`.
             ProcessFault::Slow { .. } => Vec::new(),
         }
     }
 
-    /// The link faults in order of time.
+    /// The link faults in order of time, those that are healed with the tick of their healing.
     pub fn link_faults(&self) -> Vec<LinkFault> {
         let mut all: Vec<LinkFault> = Vec::new();
         let mut in_order: Vec<&Fault> = self.faults.iter().collect();
@@ -164,51 +187,57 @@ impl Schedule<'_> {
         for fault in in_order {
             let begin = self.tick(fault.at_s);
             match &fault.action {
-                Action::Link { links, trouble, for_s } => all.push(LinkFault {
+                Action::Link { links, impairment, for_s } => all.push(LinkFault {
                     begin,
-                    end: for_s.map(|for_s| begin + self.ticks(for_s)),
+                    end: for_s.map(|for_s| self.tick_after(begin, for_s)),
                     links: links.clone(),
-                    trouble: trouble.clone(),
+                    impairment: impairment.clone(),
                     sentence: fault.action.to_string(),
                 }),
-                Action::Heal(links) => {
-                    let heals = |fault: &&mut LinkFault| {
-                        fault.is_on(begin) && (*links == Links::All || *links == fault.links)
-                    };
-                    all.iter_mut().filter(heals).for_each(|fault| fault.end = Some(begin));
-                }
+                Action::Heal(links) => heal(&mut all, links, begin),
                 Action::Process { .. } => {}
             }
         }
         all
     }
 
-    /// Which processes answer late, and when.
+    /// The processes that answer late, and when.
     pub fn slow_answers(&self) -> Vec<SlowAnswers> {
-        let slow = |Assigned { tick: begin, fault, parts, .. }: Assigned| {
+        let slow = |AssignedFault { tick: begin, fault, parts, .. }: AssignedFault| {
             let ProcessFault::Slow { by_s, for_s } = fault else { return Vec::new() };
-            let end = for_s.map_or(i64::MAX, |for_s| begin + self.ticks(for_s));
+            let end = for_s.map(|for_s| self.tick_after(begin, for_s));
             parts.into_iter().map(|part| SlowAnswers { part, begin, end, by_s }).collect()
         };
         self.process_faults().into_iter().flat_map(slow).collect()
     }
 
-    /// The events that tell of link faults and slow processes, in order of ticks.
+    /// The events of link faults and slow processes, in order of ticks.
     ///
-    /// Known beforehand, unlike those of process faults, which tell what was really done.
+    /// The scenario alone decides them. The events of other process faults are left out, because the launcher reports
+    /// what it really did.
     pub fn announcements(&self) -> Vec<TimedEvent> {
-        let at = |tick, event| TimedEvent { tick: Tick(tick), event };
         let mut all = Vec::new();
         for LinkFault { begin, end, sentence, .. } in self.link_faults() {
-            all.push(at(begin, Event::LinkFault { sentence: sentence.clone() }));
-            all.extend(end.map(|end| at(end, Event::FaultHealed { sentence })));
+            all.push(TimedEvent { tick: begin, event: Event::LinkFault { sentence: sentence.clone() } });
+            all.extend(end.map(|end| healed(end, sentence)));
         }
-        for Assigned { tick, fault, sentence, .. } in self.process_faults() {
+        for AssignedFault { tick, fault, sentence, .. } in self.process_faults() {
             let ProcessFault::Slow { for_s, .. } = fault else { continue };
-            all.push(at(tick, Event::SlowFault { sentence: sentence.clone() }));
-            all.extend(for_s.map(|for_s| at(tick + self.ticks(for_s), Event::FaultHealed { sentence })));
+            all.push(TimedEvent { tick, event: Event::SlowFault { sentence: sentence.clone() } });
+            all.extend(for_s.map(|for_s| healed(self.tick_after(tick, for_s), sentence)));
         }
-        all.sort_by_key(|one| one.tick);
+        all.sort_by_key(|announcement| announcement.tick);
         all
     }
+}
+
+/// Ends those of `faults` that are on at `tick` and concern exactly `links`, or any links if those are [`Links::All`].
+fn heal(faults: &mut [LinkFault], links: &Links, tick: Tick) {
+    let is_healed =
+        |fault: &&mut LinkFault| fault.is_on(tick) && (*links == Links::All || *links == fault.links);
+    faults.iter_mut().filter(is_healed).for_each(|fault| fault.end = Some(tick));
+}
+
+fn healed(tick: Tick, sentence: String) -> TimedEvent {
+    TimedEvent { tick, event: Event::FaultHealed { sentence } }
 }

@@ -1,20 +1,21 @@
 use super::{
-    Action, Delay, Fault, Links, ProcessFault, Receiver, Sender, Source, Targets, Trouble, schedule::Schedule,
+    Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets,
+    schedule::FaultSchedule,
 };
 use proptest::{collection::vec, option, prelude::*};
-use ringwing_flight::{Part, ProcessAction, UavId};
+use ringwing_flight::{LinkSource, Part, ProcessAction, Tick, TimedEvent, UavId};
 
 fn action(text: &str) -> Action {
     text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
 }
 
-fn refusal(text: &str) -> String {
+fn syntax_error(text: &str) -> String {
     text.parse::<Action>().unwrap_err().to_string()
 }
 
 #[test]
-fn sentences_are_said_back_in_one_way() {
-    for (said, back) in [
+fn every_spelling_of_a_fault_is_written_back_in_one_form() {
+    for (spelling, canonical) in [
         ("kill uav 3", "kill uav 3"),
         ("KILL  UAV 3 , 5", "kill uav 3,5"),
         ("stop all uavs", "stop all uavs"),
@@ -41,98 +42,101 @@ fn sentences_are_said_back_in_one_way() {
         ("heal link 2->3", "heal link 2->3"),
         ("heal isolate 3", "heal isolate 3"),
     ] {
-        assert_eq!(action(said).to_string(), back);
+        assert_eq!(action(spelling).to_string(), canonical);
     }
     assert_eq!("at 30 s kill uav 3".parse::<Fault>().unwrap().to_string(), "at 30 s kill uav 3");
 }
 
 #[test]
-fn what_is_not_understood_is_named_with_what_would_be() {
-    for (said, why) in [
+fn a_syntax_error_names_the_word_and_what_was_expected() {
+    for (text, message) in [
         (
             "",
-            "nothing is said: give kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+            "the sentence is empty: expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
         ),
         (
             "kil uav 3",
-            "word 1, \"kil\": did you mean kill? Give kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+            "word 1, \"kil\": did you mean kill? Expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
         ),
-        ("kill", "after \"kill\": give uav, random, all, leader, recorder or world"),
-        ("kill 3", "word 2, \"3\": give uav, random, all, leader, recorder or world"),
-        ("kill uav three", "word 3, \"three\": give a UAV's number, from 1"),
-        ("kill uav 0", "word 3, \"0\": give a UAV's number, from 1"),
-        ("kill uav 3 now", "word 4, \"now\": give the end of the sentence"),
-        ("freeze uav 3 for 2", "after \"2\": give s or ms"),
-        ("freeze uav 3 for 2 sec", "word 6, \"sec\": give s or ms"),
+        ("kill", "after \"kill\": expected uav, random, all, leader, recorder or world"),
+        ("kill 3", "word 2, \"3\": expected uav, random, all, leader, recorder or world"),
+        ("kill uav three", "word 3, \"three\": expected the number of a UAV, from 1"),
+        ("kill uav 0", "word 3, \"0\": expected the number of a UAV, from 1"),
+        ("kill uav 3 now", "word 4, \"now\": expected the end of the sentence"),
+        ("freeze uav 3 for 2", "after \"2\": expected s or ms"),
+        ("freeze uav 3 for 2 sec", "word 6, \"sec\": expected s or ms"),
         (
             "freeze uav 3 for 0 s",
-            "word 5, \"0\": is out of range: give a time above 0, such as 10 s, of at most a day",
+            "word 5, \"0\": out of range, expected a time above 0 of at most a day, such as 10 s",
         ),
-        ("restart uav 3 5 s", "word 4, \"5\": give after"),
-        ("link 2>3 loss 3 %", "word 3, \">\": give ->"),
+        ("restart uav 3 5 s", "word 4, \"5\": expected after"),
+        ("link 2>3 loss 3 %", "word 3, \">\": expected ->"),
         (
             "link 2->3",
-            "after \"3\": give delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
+            "after \"3\": expected delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
         ),
         (
             "link 2->3 dealy 3 s",
-            "word 5, \"dealy\": did you mean delay? Give delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
+            "word 5, \"dealy\": did you mean delay? Expected delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
         ),
         (
             "link 2->3 loss 30",
-            "word 6, \"30\": is not within 0 and 1: give a probability, such as 30 % or 0.3",
+            "word 6, \"30\": not between 0 and 1, expected a probability, such as 30 % or 0.3",
         ),
         (
             "link 2->3 delay soon",
-            "word 6, \"soon\": give a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"",
+            "word 6, \"soon\": expected a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"",
         ),
-        ("link 2->3 delay 1 s pareto 1 s shape 1", "word 12, \"1\": is not above 1: give a shape such as 3"),
-        ("partition {1,2}", "after \"}\": give |"),
-        ("partition {1,2}|{2}", "after \"}\": give each UAV in one group: uav 2 is in two"),
-        ("heal uav 3", "word 2, \"uav\": give all, link, partition or isolate"),
+        ("link 2->3 delay 1 s pareto 1 s shape 1", "word 12, \"1\": not above 1, expected a shape such as 3"),
+        ("partition {1,2}", "after \"}\": expected |"),
+        ("partition {1,2}|{2}", "after \"}\": expected each UAV once, but uav 2 is named twice"),
+        ("heal uav 3", "word 2, \"uav\": expected all, link, partition or isolate"),
     ] {
-        assert_eq!(refusal(said), why, "{said}");
+        assert_eq!(syntax_error(text), message, "{text}");
     }
     let late = "kill uav 3".parse::<Fault>().unwrap_err().to_string();
-    assert_eq!(late, "word 1, \"kill\": give when first, such as in: at 30 s kill uav 3");
+    assert_eq!(late, "word 1, \"kill\": expected a time first, such as in: at 30 s kill uav 3");
 }
 
 #[test]
-fn what_cannot_be_done_to_a_swarm_is_refused_with_the_reason() {
-    for (said, why) in [
+fn a_fault_that_the_swarm_cannot_have_is_refused_with_the_reason() {
+    for (text, message) in [
         ("kill uav 7", Some("there is no uav 7: this run has UAVs 1 to 6")),
         ("isolate 9", Some("there is no uav 9: this run has UAVs 1 to 6")),
         ("link 2->8 hold", Some("there is no uav 8: this run has UAVs 1 to 6")),
-        ("stop random 7 uavs", Some("there are no 7 UAVs to draw: this run has 6")),
+        ("stop random 7 uavs", Some("cannot draw 7 UAVs: this run has only 6")),
         ("kill world", None),
         ("partition {1,2}|{5,6}", None),
     ] {
-        assert_eq!(action(said).refusal(6).as_deref(), why, "{said}");
+        assert_eq!(action(text).refusal(6).as_deref(), message, "{text}");
     }
-    assert!(action("freeze world for 1 s").refusal(6).unwrap().starts_with("the world keeps the time"));
+    assert!(action("freeze world for 1 s").refusal(6).unwrap().starts_with("the world keeps time"));
+    assert!(action("slow leader by 20 ms").refusal(6).unwrap().contains("link leader->all delay 20 ms"));
+    assert!(action("slow recorder by 20 ms").refusal(6).unwrap().ends_with("freeze it instead"));
 }
 
 #[test]
-fn links_are_those_that_were_named() {
-    let covered = |text: &str| {
+fn a_set_of_links_includes_those_that_it_names() {
+    let included = |text: &str| {
         let (Action::Link { links, .. } | Action::Heal(links)) = action(text) else { panic!("{text}") };
-        let sources = (1..=4).map(Source::Uav).chain([Source::Leader, Source::Own]);
-        let pairs = sources.flat_map(|from| (1..=4).map(move |to| (from, to)));
-        let named = pairs.filter(|(from, to)| *from != Source::Uav(*to) && links.cover(*from, *to));
-        named.map(|(from, to)| format!("{from}->{to}")).collect::<Vec<_>>().join(" ")
+        let uavs = || UavId::all(4);
+        let sources = uavs().map(LinkSource::uav).chain([LinkSource::LEADER, LinkSource::OWN]);
+        let pairs = sources.flat_map(|from| uavs().map(move |to| (from, to)));
+        let named = pairs.filter(|(from, to)| *from != LinkSource::uav(*to) && links.includes(*from, *to));
+        named.map(|(from, to)| format!("{from}->{}", to.0)).collect::<Vec<_>>().join(" ")
     };
-    assert_eq!(covered("link 2->3 hold"), "2->3");
-    assert_eq!(covered("link 2<->4 hold"), "2->4 4->2");
-    assert_eq!(covered("link all->3 hold"), "1->3 2->3 4->3");
-    assert_eq!(covered("link leader->2 hold"), "leader->2");
-    assert_eq!(covered("link own->all hold"), "own->1 own->2 own->3 own->4");
-    assert_eq!(covered("isolate 1"), "1->2 1->3 1->4 2->1 3->1 4->1 leader->1");
-    assert_eq!(covered("partition {1,2}|{3}"), "1->3 2->3 3->1 3->2");
-    assert_eq!(covered("link all hold").split(' ').count(), 12 + 4);
+    assert_eq!(included("link 2->3 hold"), "2->3");
+    assert_eq!(included("link 2<->4 hold"), "2->4 4->2");
+    assert_eq!(included("link all->3 hold"), "1->3 2->3 4->3");
+    assert_eq!(included("link leader->2 hold"), "leader->2");
+    assert_eq!(included("link own->all hold"), "own->1 own->2 own->3 own->4");
+    assert_eq!(included("isolate 1"), "1->2 1->3 1->4 2->1 3->1 4->1 leader->1");
+    assert_eq!(included("partition {1,2}|{3}"), "1->3 2->3 3->1 3->2");
+    assert_eq!(included("link all hold").split(' ').count(), 12 + 4);
 }
 
-fn schedule(faults: &[Fault], seed: u64) -> Schedule<'_> {
-    Schedule { faults, seed, rate_hz: 100, uavs: 6 }
+fn schedule(faults: &[Fault], seed: u64) -> FaultSchedule<'_> {
+    FaultSchedule { faults, seed, rate_hz: 100, uavs: 6 }
 }
 
 fn faults(sentences: &[&str]) -> Vec<Fault> {
@@ -140,18 +144,21 @@ fn faults(sentences: &[&str]) -> Vec<Fault> {
 }
 
 #[test]
-fn each_process_is_met_at_its_tick() {
+fn each_process_fault_is_scheduled_at_its_tick() {
     let faults = faults(&[
         "at 2 s flap uav 2 every 1 s for 2 s",
         "at 1 s restart leader after 5 s",
         "at 3 s freeze uav 4,5 for 10 ms",
         "at 0 s slow uav 1 by 3 ms for 1 s",
     ]);
-    let met: Vec<_> =
-        schedule(&faults, 1).scheduled_actions().iter().map(|one| (one.tick, one.part, one.action)).collect();
+    let actions: Vec<_> = schedule(&faults, 1)
+        .scheduled_actions()
+        .iter()
+        .map(|one| (one.tick.0, one.part, one.action))
+        .collect();
     let (kill, uav) = (ProcessAction::Kill { returns: true }, |uav| Part::Agent(UavId(uav)));
     assert_eq!(
-        met,
+        actions,
         [
             (100, Part::Leader, kill),
             (200, uav(2), kill),
@@ -166,20 +173,38 @@ fn each_process_is_met_at_its_tick() {
         ]
     );
     let slow = schedule(&faults, 1).slow_answers();
-    assert_eq!((slow.len(), slow[0].part, slow[0].begin, slow[0].end), (1, uav(1), 0, 100));
+    assert!(slow[0].is_on(Tick(99)) && !slow[0].is_on(Tick(100)));
+    assert_eq!((slow.len(), slow[0].part, slow[0].begin, slow[0].end), (1, uav(1), Tick(0), Some(Tick(100))));
 }
 
 #[test]
-fn random_targets_are_the_seeds_and_their_ticks() {
+fn link_faults_and_slow_processes_are_announced_with_their_ends() {
+    let faults = faults(&[
+        "at 2 s slow uav 1 by 3 ms for 1 s",
+        "at 1 s link 2->3 hold",
+        "at 4 s heal all",
+        "at 1 s kill uav 4",
+    ]);
+    let announced: Vec<_> = schedule(&faults, 1)
+        .announcements()
+        .into_iter()
+        .map(|TimedEvent { tick, event }| (tick.0, event.name()))
+        .collect();
+    let expected = [(100, "fault.link"), (200, "fault.slow"), (300, "fault.healed"), (400, "fault.healed")];
+    assert_eq!(announced, expected);
+}
+
+#[test]
+fn random_targets_depend_on_the_seed_and_the_tick_alone() {
     let faults =
         faults(&["at 2 s kill random 2 uavs", "at 3 s kill random 2 uavs", "at 3 s stop random 2 uavs"]);
     let drawn = |seed| {
-        let met = schedule(&faults, seed).scheduled_actions();
-        met.chunks(2).map(|pair| [pair[0].part, pair[1].part]).collect::<Vec<_>>()
+        let actions = schedule(&faults, seed).scheduled_actions();
+        actions.chunks(2).map(|pair| [pair[0].part, pair[1].part]).collect::<Vec<_>>()
     };
     assert_eq!(drawn(1), drawn(1));
     assert!((2..9).any(|seed| drawn(seed) != drawn(1)));
-    assert!((1..9).any(|seed| drawn(seed)[1] != drawn(seed)[2]), "two draws at one tick are two draws");
+    assert!((1..9).any(|seed| drawn(seed)[1] != drawn(seed)[2]), "draws of one tick are independent");
     let without_first: Vec<_> = schedule(&faults[1..], 1)
         .scheduled_actions()
         .chunks(2)
@@ -189,7 +214,7 @@ fn random_targets_are_the_seeds_and_their_ticks() {
 }
 
 #[test]
-fn a_link_fault_lasts_for_its_time_or_until_it_is_healed() {
+fn a_link_fault_lasts_for_its_duration_or_until_it_is_healed() {
     let faults = faults(&[
         "at 5 s heal link 2->3",
         "at 1 s link 2->3 hold",
@@ -197,8 +222,11 @@ fn a_link_fault_lasts_for_its_time_or_until_it_is_healed() {
         "at 3 s link all loss 3 %",
         "at 8 s heal all",
     ]);
-    let spans: Vec<_> =
-        schedule(&faults, 1).link_faults().iter().map(|fault| (fault.begin, fault.end)).collect();
+    let spans: Vec<_> = schedule(&faults, 1)
+        .link_faults()
+        .iter()
+        .map(|fault| (fault.begin.0, fault.end.map(|end| end.0)))
+        .collect();
     assert_eq!(spans, [(100, Some(500)), (200, Some(800)), (300, Some(800))]);
 }
 
@@ -206,7 +234,7 @@ fn time() -> impl Strategy<Value = f64> {
     prop_oneof![(1..100_000_u32).prop_map(|ms| f64::from(ms) / 1000.0), 1e-9..80_000.0_f64]
 }
 
-fn share() -> impl Strategy<Value = f64> {
+fn probability() -> impl Strategy<Value = f64> {
     prop_oneof![(0..=100_u32).prop_map(|percent| f64::from(percent) / 100.0), 0.0..=1.0_f64]
 }
 
@@ -272,32 +300,35 @@ fn delay() -> impl Strategy<Value = Delay> {
     ]
 }
 
-fn trouble() -> impl Strategy<Value = Trouble> {
+fn impairment() -> impl Strategy<Value = LinkImpairment> {
     prop_oneof![
-        delay().prop_map(Trouble::Delay),
-        share().prop_map(Trouble::Loss),
-        (share(), share(), share(), share()).prop_map(|(p, r, h, k)| Trouble::Gilbert { p, r, h, k }),
-        Just(Trouble::Blackout),
-        Just(Trouble::Hold),
-        Just(Trouble::Stuck),
-        share().prop_map(Trouble::Duplicate),
-        (share(), time()).prop_map(|(p, by_s)| Trouble::Reorder { p, by_s }),
-        (-1e3..1e3_f64, -1e3..1e3_f64, heading()).prop_map(|(x_m, y_m, heading_rad)| Trouble::Bias {
+        delay().prop_map(LinkImpairment::Delay),
+        probability().prop_map(LinkImpairment::Loss),
+        (probability(), probability(), probability(), probability())
+            .prop_map(|(p, r, h, k)| LinkImpairment::Gilbert { p, r, h, k }),
+        Just(LinkImpairment::Blackout),
+        Just(LinkImpairment::Hold),
+        Just(LinkImpairment::Stuck),
+        probability().prop_map(LinkImpairment::Duplicate),
+        (probability(), time()).prop_map(|(p, by_s)| LinkImpairment::Reorder { p, by_s }),
+        (-1e3..1e3_f64, -1e3..1e3_f64, heading()).prop_map(|(x_m, y_m, heading_rad)| LinkImpairment::Bias {
             x_m,
             y_m,
             heading_rad
         }),
-        (0.0..1e3_f64, heading())
-            .prop_map(|(position_m, heading)| Trouble::Noise { position_m, heading_rad: heading.abs() }),
+        (0.0..1e3_f64, heading()).prop_map(|(position_m, heading)| LinkImpairment::Noise {
+            position_m,
+            heading_rad: heading.abs()
+        }),
     ]
 }
 
 fn any_action() -> impl Strategy<Value = Action> {
     prop_oneof![
         (fault(), targets()).prop_map(|(fault, targets)| Action::Process { fault, targets }),
-        (links(), trouble(), option::of(time())).prop_map(|(links, trouble, for_s)| Action::Link {
+        (links(), impairment(), option::of(time())).prop_map(|(links, impairment, for_s)| Action::Link {
             links,
-            trouble,
+            impairment,
             for_s
         }),
         links().prop_map(Action::Heal),
@@ -306,27 +337,27 @@ fn any_action() -> impl Strategy<Value = Action> {
 
 proptest! {
     #[test]
-    fn what_is_said_is_understood_as_it_was_meant(at_s in time(), action in any_action()) {
+    fn a_written_fault_parses_to_the_same_fault(at_s in time(), action in any_action()) {
         let fault = Fault { at_s, action };
         prop_assert_eq!(fault.to_string().parse::<Fault>(), Ok(fault.clone()));
     }
 
     #[test]
-    fn no_sentence_makes_it_panic(text in ".{0,60}", words in vec("[a-z{},|<>\\-%0-9. ]{0,6}|kill|link|all|delay|for", 0..9)) {
+    fn no_sentence_makes_the_parser_panic(text in ".{0,60}", words in vec("[a-z{},|<>\\-%0-9. ]{0,6}|kill|link|all|delay|for", 0..9)) {
         let _ = text.parse::<Fault>();
         let _ = words.join(" ").parse::<Action>();
         let _ = format!("at 3 s {}", words.join(" ")).parse::<Fault>();
     }
 
     #[test]
-    fn a_schedule_is_in_order_and_every_freeze_with_a_time_is_thawed(at_s in vec(0.0..99.0_f64, 1..9), for_s in time()) {
+    fn a_schedule_is_in_order_and_thaws_what_it_freezes_for_a_time(at_s in vec(0.0..99.0_f64, 1..9), for_s in time()) {
         let freeze = |at_s| Fault { at_s, action: Action::Process {
             fault: ProcessFault::Freeze { for_s: Some(for_s) }, targets: Targets::Random(2),
         } };
         let faults: Vec<_> = at_s.into_iter().map(freeze).collect();
-        let met = schedule(&faults, 3).scheduled_actions();
-        prop_assert!(met.is_sorted_by_key(|one| one.tick));
-        let count = |act| met.iter().filter(|one| one.action == act).count();
+        let actions = schedule(&faults, 3).scheduled_actions();
+        prop_assert!(actions.is_sorted_by_key(|one| one.tick));
+        let count = |action| actions.iter().filter(|one| one.action == action).count();
         prop_assert_eq!(count(ProcessAction::Freeze), count(ProcessAction::Thaw));
     }
 }

@@ -1,14 +1,21 @@
-//! Delays that were measured elsewhere, read from a file into the fault itself: a run's log then has all that it needs.
+//! Loads measured link delays from files into the faults that name them, so that a run's log holds everything needed to
+//! repeat the flight.
 
-use super::{Action, Delay, Fault, Trouble};
+use super::{Action, Delay, Fault, LinkImpairment};
 
-/// Delays are for one sample after the other; a longer file is something else.
+/// A trace is replayed one value per tick, so this is 17 minutes at 100 Hz. Every value is written into the log and
+/// sent to every agent: a much larger limit makes both slow.
 const DELAYS_MAX: usize = 100_000;
 
-/// Reads every trace that `faults` name a file of: seconds, one number on each line, `#` before a remark.
+/// Replaces every [`Delay::File`] in `faults` by the [`Delay::Trace`] in that file.
+///
+/// A file has one number of seconds per line; `#` starts a comment.
+///
+/// # Errors
+/// The file cannot be read, or holds something other than delays; the message names the file and the line.
 pub fn read_all(faults: &mut [Fault]) -> Result<(), String> {
     for fault in faults {
-        if let Action::Link { trouble: Trouble::Delay(delay), .. } = &mut fault.action
+        if let Action::Link { impairment: LinkImpairment::Delay(delay), .. } = &mut fault.action
             && let Delay::File(path) = &*delay
         {
             *delay = Delay::Trace(read(path)?);
@@ -19,30 +26,31 @@ pub fn read_all(faults: &mut [Fault]) -> Result<(), String> {
 
 fn read(path: &str) -> Result<Vec<f64>, String> {
     let text = std::fs::read_to_string(path).map_err(|error| format!("delay file \"{path}\": {error}"))?;
-    delays(&text).map_err(|why| format!("delay file \"{path}\"{why}"))
+    parse(&text).map_err(|error| format!("delay file \"{path}\"{error}"))
 }
 
-fn delays(text: &str) -> Result<Vec<f64>, String> {
-    let mut delays = Vec::new();
+/// The delays in `text`. An error begins with the punctuation that follows the file's name.
+fn parse(text: &str) -> Result<Vec<f64>, String> {
+    let mut delays_s = Vec::new();
     for (number, line) in (1..).zip(text.lines()) {
         let value = line.split('#').next().unwrap_or_default().trim();
-        if value.is_empty() {
-            continue;
+        if !value.is_empty() {
+            delays_s.push(delay_s(value).ok_or_else(|| {
+                format!(", line {number}: {value:?} is not a delay: give seconds, such as 0.035")
+            })?);
         }
-        let delay_s = value.parse().ok().filter(|delay_s: &f64| delay_s.is_finite() && *delay_s >= 0.0);
-        delays.push(
-            delay_s.ok_or_else(|| {
-                format!(", line {number}: {value:?} is no delay: give seconds, such as 0.035")
-            })?,
-        );
     }
-    match delays.len() {
-        0 => Err(": holds no delays: give seconds, one number on each line".into()),
+    match delays_s.len() {
+        0 => Err(": the file has no delays: give seconds, one number per line".into()),
         count if count > DELAYS_MAX => {
-            Err(format!(": {count} delays are more than {DELAYS_MAX}: leave some out"))
+            Err(format!(": {count} delays are more than {DELAYS_MAX}: shorten the file"))
         }
-        _ => Ok(delays),
+        _ => Ok(delays_s),
     }
+}
+
+fn delay_s(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|delay_s: &f64| delay_s.is_finite() && *delay_s >= 0.0)
 }
 
 #[cfg(test)]
@@ -50,18 +58,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn delays_are_read_line_by_line_and_what_is_none_is_named() {
-        assert_eq!(delays("# wifi\n0.02\n\n0.5 # slow\n"), Ok(vec![0.02, 0.5]));
+    fn a_trace_has_one_delay_per_line_and_an_error_names_the_line() {
+        assert_eq!(parse("# wifi\n0.02\n\n0.5 # slow\n"), Ok(vec![0.02, 0.5]));
         assert_eq!(
-            delays("0.02\n20 ms").unwrap_err(),
-            ", line 2: \"20 ms\" is no delay: give seconds, such as 0.035"
+            parse("0.02\n20 ms").unwrap_err(),
+            ", line 2: \"20 ms\" is not a delay: give seconds, such as 0.035"
         );
-        assert!(delays("-1").is_err() && delays("nan").is_err());
-        assert!(delays("#").unwrap_err().contains("holds no delays"));
+        assert!(parse("-1").is_err() && parse("nan").is_err());
+        assert!(parse("#").unwrap_err().contains("has no delays"));
     }
 
     #[test]
-    fn a_file_becomes_part_of_the_fault() {
+    fn a_trace_has_a_largest_length() {
+        assert!(parse(&"0.02\n".repeat(DELAYS_MAX)).is_ok());
+        assert_eq!(
+            parse(&"0.02\n".repeat(DELAYS_MAX + 1)).unwrap_err(),
+            ": 100001 delays are more than 100000: shorten the file"
+        );
+    }
+
+    #[test]
+    fn the_contents_of_a_file_become_part_of_the_fault() {
         let path = std::env::temp_dir().join(format!("ringwing-trace-{}", std::process::id()));
         std::fs::write(&path, "0.02\n0.035").unwrap();
         let mut faults =

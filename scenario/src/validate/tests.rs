@@ -1,37 +1,41 @@
 use super::*;
-use crate::{Requirements, example};
+use crate::{ObstacleSection, RequirementsSection, StartState, read};
 
-/// A scenario with an obstacle and as many starts as it has UAVs.
-fn sound() -> Scenario {
-    let mut scenario = example::scenario();
+/// A valid scenario with an obstacle and a listed start for each UAV.
+fn valid() -> Scenario {
+    let mut scenario = read::example_scenario();
     let one = scenario.start.uavs[0];
     let beside = |x| StartState { position_m: [f64::from(x), 0.0], ..one };
     scenario.start.uavs = [0, 10, 20, 30, 40, 50].map(beside).into();
     scenario
 }
 
-/// What is said of a sound scenario after `change`, as the author of the first key of each flaw is told it.
-fn said(change: impl FnOnce(&mut Scenario)) -> Vec<String> {
-    let mut scenario = sound();
+/// The preferred message of each violation of a valid scenario after `change`.
+fn messages(change: impl FnOnce(&mut Scenario)) -> Vec<String> {
+    let mut scenario = valid();
     change(&mut scenario);
-    flaws(&scenario).iter().map(|flaw| format!("{}: {}", flaw.views[0].key, flaw.views[0].message)).collect()
+    let line = |violation: &Violation| {
+        let blame = &violation.blames[0];
+        format!("{}: {}", blame.key, blame.message)
+    };
+    violations(&scenario).iter().map(line).collect()
 }
 
-/// The keys blamed after `change`.
+/// The keys in those messages.
 fn blamed(change: impl FnOnce(&mut Scenario)) -> Vec<String> {
-    said(change).iter().filter_map(|line| Some(line.split_once(": ")?.0.to_owned())).collect()
+    messages(change).iter().filter_map(|line| Some(line.split_once(": ")?.0.to_owned())).collect()
 }
 
 #[test]
-fn the_defaults_and_the_example_are_sound() {
-    assert_eq!(flaws(&Scenario::default()), []);
-    assert_eq!(said(|_| ()), [""; 0]);
+fn the_defaults_and_the_example_are_valid() {
+    assert_eq!(violations(&Scenario::default()), []);
+    assert_eq!(messages(|_| ()), [""; 0]);
 }
 
 #[test]
-fn every_bound_of_a_single_quantity_is_kept() {
+fn every_quantity_is_checked_at_its_bounds() {
     type Change = fn(&mut Scenario, f64);
-    // The key, how to change it, what is just possible, and what is not.
+    // The key, how to set it, values that are just valid, and values that are not.
     let bounds: [(&str, Change, &[f64], &[f64]); 28] = [
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
@@ -77,11 +81,11 @@ fn every_bound_of_a_single_quantity_is_kept() {
         ),
         ("start.uavs.2.heading_deg", |s, v| s.start.uavs[2].heading_deg = v, &[-360.0, 360.0], &[-361.0]),
     ];
-    for (key, change, possible, impossible) in bounds {
-        for &value in possible {
+    for (key, change, valid, invalid) in bounds {
+        for &value in valid {
             assert!(!blamed(|s| change(s, value)).contains(&key.into()), "{key} = {value}");
         }
-        for &value in impossible {
+        for &value in invalid {
             assert!(blamed(|s| change(s, value)).contains(&key.into()), "{key} = {value}");
         }
     }
@@ -89,25 +93,25 @@ fn every_bound_of_a_single_quantity_is_kept() {
 
 #[test]
 fn requirements_are_not_below_zero() {
-    let flaws = blamed(|s| {
+    let keys = blamed(|s| {
         s.requirements.clearance_min_m = Some(-1.0);
         s.requirements.separation_min_m = Some(-1.0);
         s.requirements.settling_max_s = Some(-1.0);
         s.requirements.slot_error_max_m = Some(-1.0);
     });
-    assert_eq!(flaws.len(), 4);
-    assert_eq!(said(|s| s.requirements = Requirements::default()), [""; 0]);
+    assert_eq!(keys.len(), 4);
+    assert_eq!(messages(|s| s.requirements = RequirementsSection::default()), [""; 0]);
 }
 
 #[test]
-fn the_leader_flies_as_fast_as_the_airframes_can() {
+fn the_airframes_can_fly_as_fast_as_the_leader() {
     assert_eq!(
-        said(|s| s.leader.speed_m_s = 11.5),
-        ["leader.speed_m_s: 11.5 m/s is below airframe.speed_min_m_s 12 m/s: give a larger one"]
+        messages(|s| s.leader.speed_m_s = 11.5),
+        ["leader.speed_m_s: 11.5 m/s is below airframe.speed_min_m_s 12 m/s: give a larger value"]
     );
     assert_eq!(
-        said(|s| s.airframe.speed_max_m_s = 14.0)[0],
-        "airframe.speed_max_m_s: 14 m/s is below leader.speed_m_s 15 m/s: give a larger one"
+        messages(|s| s.airframe.speed_max_m_s = 14.0)[0],
+        "airframe.speed_max_m_s: 14 m/s is below leader.speed_m_s 15 m/s: give a larger value"
     );
     assert_eq!(blamed(|s| s.airframe.speed_max_m_s = 15.0), [""; 0]);
     assert_eq!(blamed(|s| s.airframe.speed_min_m_s = 15.0), [""; 0]);
@@ -115,52 +119,52 @@ fn the_leader_flies_as_fast_as_the_airframes_can() {
 }
 
 #[test]
-fn a_flight_has_a_tick_and_a_command_lasts_one() {
+fn a_flight_and_a_command_last_at_least_a_tick() {
     assert_eq!(
-        said(|s| s.time.duration_s = 0.004),
+        messages(|s| s.time.duration_s = 0.004),
         [
             "time.duration_s: 0.004 s is less than one tick at 100 Hz: give a longer duration_s or a larger rate_hz"
         ]
     );
     assert_eq!(
-        said(|s| s.airframe.command_timeout_s = 0.009),
+        messages(|s| s.airframe.command_timeout_s = 0.009),
         [
-            "airframe.command_timeout_s: 0.009 s is shorter than one tick at time.rate_hz 100 Hz: give a longer one"
+            "airframe.command_timeout_s: 0.009 s is shorter than 1 tick at time.rate_hz 100 Hz: give a longer time"
         ]
     );
-    assert_eq!(said(|s| s.airframe.command_timeout_s = 0.01), [""; 0]);
+    assert_eq!(messages(|s| s.airframe.command_timeout_s = 0.01), [""; 0]);
 }
 
 #[test]
-fn a_loss_takes_more_than_a_few_ticks_where_the_ring_closes() {
+fn a_loss_takes_at_least_four_ticks_where_the_ring_closes() {
     assert_eq!(
-        said(|s| (s.control.ring_closes, s.membership.loss_timeout_s) = (true, 0.03)),
+        messages(|s| (s.control.ring_closes, s.membership.loss_timeout_s) = (true, 0.03)),
         [
-            "membership.loss_timeout_s: 0.03 s is shorter than 4 ticks at time.rate_hz 100 Hz: give a longer one"
+            "membership.loss_timeout_s: 0.03 s is shorter than 4 ticks at time.rate_hz 100 Hz: give a longer time"
         ]
     );
-    assert_eq!(said(|s| s.membership.loss_timeout_s = 0.03), [""; 0]);
+    assert_eq!(messages(|s| s.membership.loss_timeout_s = 0.03), [""; 0]);
 }
 
 #[test]
-fn slots_are_not_in_collision() {
+fn slots_are_farther_apart_than_the_collision_distance() {
     assert_eq!(
-        said(|s| s.formation.spacing_m = 2.0),
-        ["formation.spacing_m: 2 m is not above airframe.collision_distance_m 2 m: give a larger one"]
+        messages(|s| s.formation.spacing_m = 2.0),
+        ["formation.spacing_m: 2 m is not above airframe.collision_distance_m 2 m: give a larger value"]
     );
 }
 
 #[test]
 fn an_obstacle_has_a_size_and_a_name_and_is_sensed_in_time() {
     assert_eq!(
-        said(|s| s.obstacles[0].braking_distance_m = 10.0),
-        ["obstacles.0.braking_distance_m: 10 m is not above radius_m 10 m: give a larger one"]
+        messages(|s| s.obstacles[0].braking_distance_m = 10.0),
+        ["obstacles.0.braking_distance_m: 10 m is not above radius_m 10 m: give a larger value"]
     );
     assert_eq!(blamed(|s| s.obstacles[0].radius_m = 0.0), ["obstacles.0.radius_m"]);
     assert_eq!(
-        said(|s| s.obstacles[0].braking_distance_m = 161.0),
+        messages(|s| s.obstacles[0].braking_distance_m = 161.0),
         [
-            "sensing.range_m: 150 m is less than the 151 m from its edge at which \"Obstacle 1\" repels: give a larger one"
+            "sensing.range_m: 150 m is less than 151 m, the distance from its edge at which \"Obstacle 1\" begins to repel: give a larger range"
         ]
     );
     assert_eq!(blamed(|s| s.obstacles[0].braking_distance_m = 160.0), [""; 0]);
@@ -168,47 +172,47 @@ fn an_obstacle_has_a_size_and_a_name_and_is_sensed_in_time() {
         assert_eq!(blamed(|s| s.obstacles[0].name = name.into()), ["obstacles.0.name"], "{name}");
     }
     assert_eq!(
-        said(|s| s.obstacles.push(s.obstacles[0].clone())),
-        ["obstacles.1.name: \"Obstacle 1\" is also the name of obstacles.0: give each its own"]
+        messages(|s| s.obstacles.push(s.obstacles[0].clone())),
+        ["obstacles.1.name: \"Obstacle 1\" is also the name of obstacles.0: give each obstacle its own name"]
     );
     let many = |s: &mut Scenario, count: usize| {
         s.obstacles =
-            (0..count).map(|i| Obstacle { name: i.to_string(), ..s.obstacles[0].clone() }).collect();
+            (0..count).map(|i| ObstacleSection { name: i.to_string(), ..s.obstacles[0].clone() }).collect();
     };
     assert_eq!(blamed(|s| many(s, 1000)), [""; 0]);
-    assert_eq!(said(|s| many(s, 1001)), ["obstacles: 1001 obstacles are more than 1000: leave some out"]);
+    assert_eq!(messages(|s| many(s, 1001)), ["obstacles: 1001 obstacles are more than 1000: remove some"]);
 }
 
 #[test]
-fn as_many_starts_are_listed_as_there_are_uavs() {
+fn every_uav_or_none_has_a_listed_start() {
     assert_eq!(
-        said(|s| s.start.uavs.truncate(5)),
-        ["start.uavs: 5 starts are listed, but formation.uavs is 6: list 6, or none to have them drawn"]
+        messages(|s| s.start.uavs.truncate(5)),
+        ["start.uavs: 5 starts are listed, but formation.uavs is 6: list 6 starts, or none to draw them"]
     );
-    assert_eq!(said(|s| s.start.uavs.clear()), [""; 0]);
+    assert_eq!(messages(|s| s.start.uavs.clear()), [""; 0]);
 }
 
 #[test]
-fn nobody_begins_too_slowly_in_collision_or_inside_an_obstacle() {
+fn no_uav_starts_too_slowly_in_collision_or_inside_an_obstacle() {
     assert_eq!(
-        said(|s| s.start.uavs[1].speed_m_s = 11.0),
-        ["start.uavs.1.speed_m_s: 11 m/s is below airframe.speed_min_m_s 12 m/s: give a larger one"]
+        messages(|s| s.start.uavs[1].speed_m_s = 11.0),
+        ["start.uavs.1.speed_m_s: 11 m/s is below airframe.speed_min_m_s 12 m/s: give a larger value"]
     );
     assert_eq!(blamed(|s| s.start.uavs[1].speed_m_s = 26.0), ["airframe.speed_max_m_s"]);
     assert_eq!(
-        said(|s| s.start.uavs[2].position_m = [11.0, 1.0]),
+        messages(|s| s.start.uavs[2].position_m = [11.0, 1.0]),
         [
-            "start.uavs.2.position_m: UAV 3 begins 1.41 m from UAV 2, within airframe.collision_distance_m 2 m: move it away"
+            "start.uavs.2.position_m: UAV 3 starts 1.41 m from UAV 2, within airframe.collision_distance_m 2 m: move one of them away"
         ]
     );
     assert_eq!(
-        said(|s| s.start.uavs[2].position_m = [895.0, 42.0]),
-        ["start.uavs.2.position_m: UAV 3 begins inside \"Obstacle 1\": move it out"]
+        messages(|s| s.start.uavs[2].position_m = [895.0, 42.0]),
+        ["start.uavs.2.position_m: UAV 3 starts inside \"Obstacle 1\": move one of them"]
     );
 }
 
 #[test]
-fn a_name_can_be_a_folders() {
+fn a_name_is_safe_for_a_folder() {
     for name in ["a", "paper-4.2", "A_1", &"x".repeat(60)] {
         assert_eq!(blamed(|s| s.name = name.into()), [""; 0], "{name}");
     }
@@ -216,4 +220,28 @@ fn a_name_can_be_a_folders() {
         assert_eq!(blamed(|s| s.name = name.into()), ["name"], "{name}");
     }
     assert_eq!(blamed(|s| s.description = "two\nlines".into()), ["description"]);
+}
+
+#[test]
+fn a_fault_must_be_possible_and_not_before_the_flight() {
+    let with = |s: &mut Scenario, at_s: f64, action: &str| {
+        s.faults = vec![crate::Fault { at_s, action: action.parse().unwrap() }];
+    };
+    assert_eq!(messages(|s| with(s, 1e6, "kill uav 6")), [""; 0], "a fault after the end never happens");
+    assert_eq!(messages(|s| with(s, -1.0, "kill uav 6")), ["faults.0.at_s: -1 s is below 0: give 0 or more"]);
+    assert_eq!(
+        messages(|s| with(s, 1.0, "kill uav 7")),
+        ["faults.0.do: there is no uav 7: this run has UAVs 1 to 6"]
+    );
+}
+
+#[test]
+fn fewer_than_three_uavs_fly_for_benchmarks_alone() {
+    let two = |s: &mut Scenario, few_uavs| {
+        (s.formation.uavs, s.ipc.few_uavs) = (2, few_uavs);
+        s.start.uavs.clear();
+        s.faults.clear();
+    };
+    assert_eq!(blamed(|s| two(s, false)), ["formation.uavs"]);
+    assert_eq!(blamed(|s| two(s, true)), [""; 0]);
 }

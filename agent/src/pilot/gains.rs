@@ -1,0 +1,65 @@
+//! The gains of the law, and how the resilient law weakens them.
+
+use super::track::PeerTrack;
+use nalgebra::Vector2;
+use ringwing_flight::Tick;
+use ringwing_scenario::Scenario;
+
+/// The gains of one scenario; the paper's law weakens none of them.
+#[derive(Debug, Clone)]
+pub(super) struct Gains {
+    /// G of Eq. (3).
+    formation: f64,
+    /// Gain of the slot's term of Eq. (3); 1 in the paper.
+    pub(super) slot: f64,
+    /// k of Eq. (13).
+    pub(super) obstacle_m: f64,
+    /// From metres across the heading to turn rate, Eq. (6); 1 in the paper.
+    pub(super) heading_rad_per_m: f64,
+    /// Time constant with which a neighbour's gain decays with the age of its data; `None` if it does not.
+    trust_time_s: Option<f64>,
+    /// Distance from the slot over which G decays; `None` if it does not.
+    reach_m: Option<f64>,
+    /// Whether the formation's force is capped at the leader's speed.
+    is_force_limited: bool,
+    period_s: f64,
+}
+
+impl Gains {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let control = &scenario.control;
+        let reach_m = control.gain_reach_spacings * scenario.formation.spacing_m;
+        Self {
+            formation: control.formation_gain,
+            slot: control.slot_gain,
+            obstacle_m: control.obstacle_gain_m,
+            heading_rad_per_m: control.heading_gain_rad_per_m,
+            trust_time_s: control.trust_fades.then_some(control.trust_time_s),
+            reach_m: control.gain_fades.then_some(reach_m),
+            is_force_limited: control.force_limited,
+            period_s: scenario.period_s(),
+        }
+    }
+
+    /// G at this distance from the slot.
+    ///
+    /// Far from the slot the terms of G can hold a UAV at a wrong place; without them only the slot's term is left.
+    pub(super) fn formation(&self, slot_error_m: &Vector2<f64>) -> f64 {
+        let decayed = |reach_m: f64| libm::exp(-slot_error_m.norm_squared() / (reach_m * reach_m));
+        self.formation * self.reach_m.map_or(1.0, decayed)
+    }
+
+    /// The share of a neighbour's gain that is left at the age of `track`: 1 at the one tick that every sample takes.
+    pub(super) fn trust(&self, track: &PeerTrack, now: Tick) -> f64 {
+        let age_s = (now.since(track.tick) - 1) as f64 * self.period_s;
+        self.trust_time_s.map_or(1.0, |time_s| libm::exp(-age_s / time_s))
+    }
+
+    /// The formation's force, capped at the leader's speed if it is limited.
+    ///
+    /// Without the cap, a UAV far ahead of its slot turns round. With it, the UAV flies slowly until the formation has
+    /// caught up, and reaches its slot sooner.
+    pub(super) fn limited(&self, force: Vector2<f64>, leader_speed_m_s: f64) -> Vector2<f64> {
+        if self.is_force_limited { force.cap_magnitude(leader_speed_m_s.abs()) } else { force }
+    }
+}

@@ -1,0 +1,260 @@
+//! The pilot of one UAV: senses and received states go in, a command and the UAV's own state come out.
+//!
+//! `own_flight`, `neighbours` and `leader_estimate` hold what the UAV knows of itself, of the others and of the leader;
+//! `slots` holds where each UAV should be.
+//!
+//! Never knows processes, services or clocks: the same inputs give the same outputs, to the bit.
+
+mod gains;
+mod leader_estimate;
+mod neighbours;
+mod own_flight;
+mod slots;
+mod track;
+
+use crate::law::{
+    Bond, ControlInput, Field, Forces, Limits, RepulsiveObstacle, formation_control, potential,
+    potential_forces, repulsion, saturated_control, speed_force,
+};
+use gains::Gains;
+use leader_estimate::LeaderEstimate;
+use nalgebra::{Point2, Vector2};
+use neighbours::Neighbours;
+use own_flight::OwnFlight;
+use ringwing_flight::{Account, Command, LeaderState, Pose, Sensed, SensedObstacle, Tick, UavId, UavState};
+use ringwing_scenario::{DeadReckoning, Scenario};
+use slots::{SlotGeometry, Slots};
+use track::{PeerTrack, age};
+
+/// What a pilot decides in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision {
+    /// For the ring neighbours: where the UAV is, and how it flies on.
+    pub state: UavState,
+    /// For the airframe.
+    pub command: Command,
+    /// For the log: how the command came about.
+    pub account: Account,
+}
+
+/// The pilot of one UAV.
+#[derive(Debug, Clone)]
+pub struct Pilot {
+    uav: UavId,
+    limits: Limits,
+    gains: Gains,
+    dead_reckoning: DeadReckoning,
+    period_s: f64,
+    timeout_ticks: i64,
+    own: OwnFlight,
+    neighbours: Neighbours,
+    leader: LeaderEstimate,
+    slots: Slots,
+    /// The revision of the membership that the slots are for.
+    revision: u64,
+}
+
+/// The terms of the law in one tick.
+struct LawTerms {
+    field: Field,
+    forces: Forces,
+    repulsion_m: Vector2<f64>,
+    /// Before saturation.
+    unsaturated: ControlInput,
+    control: ControlInput,
+}
+
+impl Pilot {
+    /// The pilot of `uav` in `scenario`, which has been validated.
+    ///
+    /// # Panics
+    /// If the scenario's airframe limits break Eq. (2): validation refuses such a scenario.
+    pub fn new(scenario: &Scenario, uav: UavId) -> Self {
+        let airframe = &scenario.airframe;
+        let limits =
+            Limits::new(airframe.speed_min_m_s, airframe.speed_max_m_s, airframe.turn_rate_max_rad_s);
+        let timeout_ticks =
+            (scenario.membership.loss_timeout_s * f64::from(scenario.time.rate_hz)).round() as i64;
+        Self {
+            uav,
+            limits: limits.expect("a validated scenario has valid limits"),
+            gains: Gains::new(scenario),
+            dead_reckoning: scenario.control.dead_reckoning,
+            period_s: scenario.period_s(),
+            timeout_ticks,
+            own: OwnFlight::default(),
+            neighbours: Neighbours::new(scenario, uav, timeout_ticks),
+            leader: LeaderEstimate::default(),
+            slots: Slots::new(scenario, uav),
+            revision: 0,
+        }
+    }
+
+    /// Takes in what the UAV senses.
+    pub fn receive_sensed(&mut self, senses: &Sensed) {
+        if senses.uav == self.uav {
+            self.own.receive(senses);
+        }
+    }
+
+    /// Takes in what another UAV sent, in tick `now`.
+    pub fn receive_state(&mut self, state: &UavState, now: Tick) {
+        self.neighbours.receive(state, now);
+    }
+
+    /// Takes in what the leader sent.
+    pub fn receive_leader(&mut self, state: &LeaderState) {
+        self.leader.receive(state);
+    }
+
+    /// The UAVs to listen to from the next tick on.
+    pub fn listened(&self) -> &[UavId] {
+        self.neighbours.listened()
+    }
+
+    /// Decides for `now`; `None` when the UAV has sensed nothing new for the loss timeout.
+    ///
+    /// A UAV that has not received anything from the leader yet keeps its heading and speed.
+    pub fn fly(&mut self, now: Tick) -> Option<Decision> {
+        self.neighbours.update(now);
+        self.update_slots(now);
+        let senses = *self.own.senses(now, self.timeout_ticks)?;
+        let own = self.own.pose_at(&senses, now, self.dead_reckoning, self.period_s);
+        let (control, account) = self.steer(&senses, &own, now);
+        self.own.record_command(now, control);
+        Some(Decision { state: self.state(now, &own, control), command: self.command(now, control), account })
+    }
+
+    /// The control input by the law, with its account; without a leader, straight on at the present speed.
+    fn steer(&mut self, senses: &Sensed, own: &Pose, now: Tick) -> (ControlInput, Account) {
+        let Some((leader, leader_pose)) = self.leader.at(now, self.dead_reckoning, self.period_s) else {
+            let control = ControlInput { speed_m_s: senses.speed_m_s, turn_rate_rad_s: 0.0 };
+            return (control, Account::without_leader(&self.command(now, control)));
+        };
+        let geometry = self.slots.geometry();
+        let tracks = geometry.neighbours.map(|neighbour| self.neighbours.newest(neighbour?.0));
+        let field = self.field(geometry, tracks, &leader_pose, own, now);
+        let terms = self.law_terms(field, &leader, &leader_pose, senses, own);
+        (terms.control, self.account(&terms, tracks, &leader, own, now))
+    }
+
+    /// Moves the slots, and sends them to a new ring when a UAV was lost or has returned.
+    fn update_slots(&mut self, now: Tick) {
+        if self.revision != self.neighbours.revision() {
+            self.revision = self.neighbours.revision();
+            let neighbours = &self.neighbours;
+            self.slots.reform(now, |uav| neighbours.is_alive(uav));
+        }
+        self.slots.advance(now);
+    }
+
+    /// What Eq. (3) measures the UAV's position against, with everybody where they are at `now`.
+    fn field(
+        &self,
+        geometry: &SlotGeometry,
+        tracks: [Option<&PeerTrack>; 2],
+        leader: &Pose,
+        own: &Pose,
+        now: Tick,
+    ) -> Field {
+        let slot = leader.position + geometry.slot;
+        let gain = self.gains.formation(&(own.position - slot));
+        // A neighbour that was never received has no term.
+        let bond = |place: usize| {
+            let (track, (_, rest_m)) = (tracks[place]?, geometry.neighbours[place]?);
+            let point = track.straight_after_one_tick(now, self.dead_reckoning, self.period_s).position;
+            Some(Bond { point, rest_m, gain: gain * self.gains.trust(track, now) })
+        };
+        Field {
+            previous: bond(0),
+            next: bond(1),
+            centre: Bond { point: leader.position, rest_m: geometry.radius_m, gain },
+            slot,
+            slot_gain: self.gains.slot,
+        }
+    }
+
+    /// The law, Eq. (4) to (13).
+    fn law_terms(
+        &self,
+        field: Field,
+        leader: &PeerTrack,
+        leader_pose: &Pose,
+        senses: &Sensed,
+        own: &Pose,
+    ) -> LawTerms {
+        let forces = potential_forces(&field, &own.position);
+        let repulsion_m = self.repulsion(senses, &own.position);
+        let formation_force = self.gains.limited(forces.total(), leader.speed_m_s);
+        let force = speed_force(leader.speed_m_s, leader_pose.heading_rad) - formation_force + repulsion_m;
+        let unsaturated = formation_control(&force, own.heading_rad, self.gains.heading_rad_per_m);
+        let control = saturated_control(&unsaturated, &self.limits);
+        LawTerms { field, forces, repulsion_m, unsaturated, control }
+    }
+
+    /// `f_obs` of Eq. (13), summed over the obstacles that the UAV senses.
+    fn repulsion(&self, senses: &Sensed, own: &Point2<f64>) -> Vector2<f64> {
+        let of_one = |sensed: &SensedObstacle| {
+            let obstacle = RepulsiveObstacle {
+                centre: sensed.position_m.into(),
+                radius_m: sensed.radius_m,
+                braking_distance_m: sensed.braking_distance_m,
+            };
+            repulsion(self.gains.obstacle_m, &obstacle, own)
+        };
+        senses.obstacles().iter().map(of_one).sum()
+    }
+
+    fn account(
+        &self,
+        terms: &LawTerms,
+        tracks: [Option<&PeerTrack>; 2],
+        leader: &PeerTrack,
+        own: &Pose,
+        now: Tick,
+    ) -> Account {
+        let LawTerms { field, forces, repulsion_m, unsaturated, control } = terms;
+        Account {
+            tick: now,
+            speed_m_s: control.speed_m_s,
+            turn_rate_rad_s: control.turn_rate_rad_s,
+            uav: self.uav,
+            reserved: 0,
+            slot_m: field.slot.into(),
+            previous_force_m: forces.previous.into(),
+            next_force_m: forces.next.into(),
+            centre_force_m: forces.centre.into(),
+            slot_force_m: forces.slot.into(),
+            repulsion_m: (*repulsion_m).into(),
+            potential_m2: potential(field, &own.position),
+            previous_age: age(tracks[0], now),
+            next_age: age(tracks[1], now),
+            leader_age: age(Some(leader), now),
+            speed_saturated: u16::from(control.speed_m_s != unsaturated.speed_m_s),
+            turn_rate_saturated: u16::from(control.turn_rate_rad_s != unsaturated.turn_rate_rad_s),
+            living: self.slots.living(),
+            leader_silent: u16::from(now.since(leader.tick) > self.timeout_ticks),
+            slots_moving: u16::from(self.slots.is_moving()),
+            lost_fingerprint: self.neighbours.lost_fingerprint(),
+        }
+    }
+
+    fn command(&self, now: Tick, control: ControlInput) -> Command {
+        let ControlInput { speed_m_s, turn_rate_rad_s } = control;
+        Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, withheld: 0 }
+    }
+
+    /// What the neighbours are told. With the speed and turn rate that begin now, they predict the coming tick exactly.
+    fn state(&mut self, now: Tick, own: &Pose, control: ControlInput) -> UavState {
+        UavState {
+            tick: now,
+            position_m: own.position.into(),
+            heading_rad: own.heading_rad,
+            speed_m_s: control.speed_m_s,
+            turn_rate_rad_s: control.turn_rate_rad_s,
+            uav: self.uav,
+            reserved: 0,
+            rumours: self.neighbours.rumours(),
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! What a UAV knows of its own flight: its newest senses, and what it has commanded since.
+//!
+//! Never returns senses from the future.
+
+use crate::law::ControlInput;
+use ringwing_flight::{FlightMode, Pose, Sensed, Tick};
+use ringwing_scenario::DeadReckoning;
+use std::collections::VecDeque;
+
+/// Commands kept, one per tick. Senses that are older than this are predicted along the arc that the UAV flew when they
+/// were taken; more commands predict older senses better and take more memory.
+const COMMANDS_KEPT: usize = 1024;
+
+/// A UAV's own flight.
+#[derive(Debug, Clone)]
+pub(super) struct OwnFlight {
+    senses: Option<Sensed>,
+    /// Newer senses have arrived since the last tick that was flown.
+    has_news: bool,
+    /// The last tick that was flown with newer senses.
+    last_news: Tick,
+    /// What was commanded in the last ticks, oldest first.
+    commands: VecDeque<(Tick, ControlInput)>,
+}
+
+impl Default for OwnFlight {
+    /// Before anything was sensed.
+    fn default() -> Self {
+        Self {
+            senses: None,
+            has_news: false,
+            last_news: Tick::APPROACH,
+            commands: VecDeque::with_capacity(COMMANDS_KEPT),
+        }
+    }
+}
+
+impl OwnFlight {
+    /// Takes in what the UAV senses, in any order.
+    pub(super) fn receive(&mut self, senses: &Sensed) {
+        if self.senses.is_none_or(|known| known.tick < senses.tick) {
+            (self.senses, self.has_news) = (Some(*senses), true);
+        }
+    }
+
+    /// The newest senses, or `None` if nothing new has arrived for `timeout_ticks`: a UAV that long without senses must
+    /// not command its airframe.
+    pub(super) fn senses(&mut self, now: Tick, timeout_ticks: i64) -> Option<&Sensed> {
+        if std::mem::take(&mut self.has_news) {
+            self.last_news = now;
+        }
+        let is_current = now.since(self.last_news) < timeout_ticks;
+        self.senses.as_ref().filter(|senses| is_current && senses.tick <= now)
+    }
+
+    /// Notes what the UAV commands in `now`.
+    pub(super) fn record_command(&mut self, now: Tick, control: ControlInput) {
+        if self.commands.len() == COMMANDS_KEPT {
+            self.commands.pop_front();
+        }
+        self.commands.push_back((now, control));
+    }
+
+    /// Where the UAV is at `now`: from `senses` along what it has commanded since, as far as `reckoning` allows.
+    pub(super) fn pose_at(
+        &self,
+        senses: &Sensed,
+        now: Tick,
+        reckoning: DeadReckoning,
+        period_s: f64,
+    ) -> Pose {
+        let mut pose = Pose { position: senses.position_m.into(), heading_rad: senses.heading_rad };
+        let end = match reckoning {
+            DeadReckoning::Off | DeadReckoning::Tick => senses.tick,
+            DeadReckoning::Full => now,
+        };
+        // A failsafe ignores commands. Where they are ignored or unknown, assume that the UAV goes on as sensed.
+        let mut flown = ControlInput { speed_m_s: senses.speed_m_s, turn_rate_rad_s: senses.turn_rate_rad_s };
+        for tick in (senses.tick.0..end.0).map(Tick) {
+            if senses.mode == FlightMode::COMMANDED {
+                flown = self.commanded(tick).unwrap_or(flown);
+            }
+            pose = pose.after(flown.speed_m_s, flown.turn_rate_rad_s, period_s);
+        }
+        pose
+    }
+
+    fn commanded(&self, tick: Tick) -> Option<ControlInput> {
+        let found = self.commands.binary_search_by_key(&tick, |(tick, _)| *tick);
+        found.ok().map(|place| self.commands[place].1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ringwing_flight::{SensedObstacle, UavId, payload::MAX_SENSED_OBSTACLES};
+
+    fn senses(tick: i64) -> Sensed {
+        Sensed {
+            tick: Tick(tick),
+            position_m: [tick as f64, 0.0],
+            heading_rad: 0.0,
+            speed_m_s: 15.0,
+            turn_rate_rad_s: 0.0,
+            uav: UavId(1),
+            mode: FlightMode::COMMANDED,
+            obstacle_count: 0,
+            obstacles_omitted: 0,
+            obstacles: [SensedObstacle::default(); MAX_SENSED_OBSTACLES],
+        }
+    }
+
+    #[test]
+    fn late_senses_are_used_until_nothing_new_has_arrived_for_the_timeout() {
+        let mut own = OwnFlight::default();
+        assert_eq!(own.senses(Tick(0), 10), None);
+        own.receive(&senses(3));
+        own.receive(&senses(2));
+        assert_eq!(own.senses(Tick(20), 10).unwrap().tick, Tick(3));
+        assert!(own.senses(Tick(29), 10).is_some());
+        assert_eq!(own.senses(Tick(30), 10), None);
+        own.receive(&senses(4));
+        assert!(own.senses(Tick(40), 10).is_some());
+    }
+
+    #[test]
+    fn senses_from_the_future_wait() {
+        let mut own = OwnFlight::default();
+        own.receive(&senses(5));
+        assert_eq!(own.senses(Tick(4), 10), None);
+        assert!(own.senses(Tick(5), 10).is_some());
+    }
+
+    /// The pose two ticks after `taken`, while the UAV commanded two turns that `taken` does not show.
+    fn pose_two_ticks_later(taken: &Sensed, reckoning: DeadReckoning) -> (Pose, Pose) {
+        let mut own = OwnFlight::default();
+        let mut truth = Pose { position: taken.position_m.into(), heading_rad: taken.heading_rad };
+        for (tick, (speed_m_s, turn_rate_rad_s)) in (taken.tick.0..).zip([(20.0, 0.1), (18.0, -0.2)]) {
+            own.record_command(Tick(tick), ControlInput { speed_m_s, turn_rate_rad_s });
+            truth = truth.after(speed_m_s, turn_rate_rad_s, 0.01);
+        }
+        (own.pose_at(taken, Tick(taken.tick.0 + 2), reckoning, 0.01), truth)
+    }
+
+    #[test]
+    fn the_commands_since_the_senses_tell_where_the_uav_is() {
+        let (pose, truth) = pose_two_ticks_later(&senses(3), DeadReckoning::Full);
+        assert_eq!(pose, truth);
+        let (pose, _) = pose_two_ticks_later(&senses(3), DeadReckoning::Tick);
+        assert_eq!(pose.position.x, 3.0, "the paper's law knows only what was sensed");
+    }
+
+    #[test]
+    fn a_uav_in_its_failsafe_is_predicted_along_what_it_flies_and_not_along_its_commands() {
+        let loitering = Sensed { mode: FlightMode::LOITER, turn_rate_rad_s: 0.3, ..senses(3) };
+        let (pose, _) = pose_two_ticks_later(&loitering, DeadReckoning::Full);
+        assert!((pose.heading_rad - 0.006).abs() < 1e-12);
+    }
+}

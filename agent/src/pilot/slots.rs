@@ -1,0 +1,219 @@
+//! The slots of all UAVs as one UAV sees them, and how they move when the ring of the living changes.
+//!
+//! Never knows where the UAVs are, nor how a UAV was lost.
+
+use nalgebra::Vector2;
+use ringwing_flight::{LivingRing, Slot, Tick, UavId};
+use ringwing_scenario::Scenario;
+
+/// What one UAV steers for at one moment: its slot, and the distances to keep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SlotGeometry {
+    /// From the formation's centre to the slot, metres.
+    pub(super) slot: Vector2<f64>,
+    /// R: the distance from the centre to the slot.
+    pub(super) radius_m: f64,
+    /// The previous and the next living UAV in the ring, each with L, the distance between its slot and the own one.
+    pub(super) neighbours: [Option<(UavId, f64)>; 2],
+}
+
+/// All slots, moving from their places in one ring to their places in the next.
+#[derive(Debug, Clone)]
+pub(super) struct Slots {
+    own: UavId,
+    ring: LivingRing,
+    /// One for each UAV, UAV 1 first.
+    transitions: Vec<SlotTransition>,
+    began: Tick,
+    duration_ticks: i64,
+    is_moving: bool,
+    geometry: SlotGeometry,
+}
+
+/// One slot's way between two places, at constant rates of bearing and radius.
+///
+/// Two slots never meet on the way: between two rings in ring order all slots stay in ring order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SlotTransition {
+    from: Slot,
+    to: Slot,
+}
+
+impl Slots {
+    /// The slots that UAV `own` of `scenario` sees while all UAVs are alive.
+    pub(super) fn new(scenario: &Scenario, own: UavId) -> Self {
+        let ring = scenario.whole_ring();
+        let (formation, rate_hz) = (scenario.formation(), f64::from(scenario.time.rate_hz));
+        let transitions =
+            UavId::all(formation.count()).map(|uav| SlotTransition::at_rest(ring.slot(uav.0))).collect();
+        let geometry = SlotGeometry { slot: Vector2::zeros(), radius_m: 0.0, neighbours: [None; 2] };
+        let mut slots = Self {
+            own,
+            ring,
+            transitions,
+            began: Tick::APPROACH,
+            duration_ticks: (scenario.membership.slots_move_s * rate_hz).round() as i64,
+            is_moving: false,
+            geometry,
+        };
+        slots.geometry = slots.geometry_at(1.0);
+        slots
+    }
+
+    /// Starts to move the slots from where they are to their places in the ring of the UAVs that are alive.
+    pub(super) fn reform(&mut self, now: Tick, is_alive: impl Fn(UavId) -> bool) {
+        let progress = self.progress(now);
+        let before = self.ring.clone();
+        self.ring.reform(|number| is_alive(UavId(number)));
+        for (uav, transition) in UavId::all(self.transitions.len() as u32).zip(&mut self.transitions) {
+            // The slot of a UAV that returns does not have to move gently: the UAV is far from it anyway.
+            let returns = !before.has(uav.0) && self.ring.has(uav.0) && uav != self.own;
+            let to = self.ring.slot(uav.0);
+            *transition = if returns {
+                SlotTransition::at_rest(to)
+            } else {
+                SlotTransition { from: transition.slot(progress), to }
+            };
+        }
+        (self.began, self.is_moving) = (now, true);
+    }
+
+    /// Moves the slots to their places at `now`.
+    pub(super) fn advance(&mut self, now: Tick) {
+        if self.is_moving {
+            let progress = self.progress(now);
+            self.geometry = self.geometry_at(progress);
+            self.is_moving = progress < 1.0;
+        }
+    }
+
+    /// What the UAV steers for.
+    pub(super) fn geometry(&self) -> &SlotGeometry {
+        &self.geometry
+    }
+
+    /// Whether the slots are moving.
+    pub(super) fn is_moving(&self) -> bool {
+        self.is_moving
+    }
+
+    /// How many UAVs are alive.
+    pub(super) fn living(&self) -> u32 {
+        self.ring.count() as u32
+    }
+
+    /// The part of the way that is done, from 0 to 1.
+    fn progress(&self, now: Tick) -> f64 {
+        let done = now.since(self.began);
+        if done >= self.duration_ticks || !self.is_moving {
+            1.0
+        } else {
+            done as f64 / self.duration_ticks as f64
+        }
+    }
+
+    fn geometry_at(&self, progress: f64) -> SlotGeometry {
+        let own = self.transitions[self.own.index()].slot(progress);
+        let neighbours = self.ring.neighbours(self.own.0);
+        let [previous, next] =
+            neighbours.map(|number| number.map(|number| self.neighbour(UavId(number), &own, progress)));
+        // In a ring of two, both neighbours are the same UAV; its term counts once.
+        let next = next.filter(|_| neighbours[0] != neighbours[1]);
+        SlotGeometry { slot: own.offset(), radius_m: own.radius_m, neighbours: [previous, next] }
+    }
+
+    fn neighbour(&self, uav: UavId, own: &Slot, progress: f64) -> (UavId, f64) {
+        // At rest, use the formation's own distance, so that a whole ring gives the paper's L to the bit.
+        if progress >= 1.0 {
+            return (uav, self.ring.rest_m(self.own.0, uav.0));
+        }
+        (uav, (self.transitions[uav.index()].slot(progress).offset() - own.offset()).norm())
+    }
+}
+
+impl SlotTransition {
+    fn at_rest(slot: Slot) -> Self {
+        Self { from: slot, to: slot }
+    }
+
+    fn slot(&self, progress: f64) -> Slot {
+        // The end is exact: interpolation would round it.
+        let between = |from: f64, to: f64| if progress >= 1.0 { to } else { from + (to - from) * progress };
+        Slot {
+            bearing_rad: between(self.from.bearing_rad, self.to.bearing_rad),
+            radius_m: between(self.from.radius_m, self.to.radius_m),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point2;
+    use proptest::prelude::*;
+
+    fn slots(own: u32) -> Slots {
+        let mut scenario = Scenario::default();
+        scenario.control.ring_closes = true;
+        Slots::new(&scenario, UavId(own))
+    }
+
+    fn advanced(slots: &mut Slots, tick: i64) -> SlotGeometry {
+        slots.advance(Tick(tick));
+        *slots.geometry()
+    }
+
+    #[test]
+    fn a_whole_ring_is_the_formation_to_the_bit() {
+        let scenario = Scenario::default();
+        let geometry = *slots(3).geometry();
+        assert_eq!(Point2::origin() + geometry.slot, scenario.formation().slot(3, Point2::origin()));
+        assert_eq!(geometry.radius_m, scenario.formation().radius_m());
+        assert_eq!(geometry.neighbours, [Some((UavId(2), 40.0)), Some((UavId(4), 40.0))]);
+    }
+
+    #[test]
+    fn slots_start_where_they_are_and_come_to_rest_in_the_new_ring() {
+        let mut slots = slots(2);
+        let before = *slots.geometry();
+        slots.reform(Tick(100), |uav| uav != UavId(3));
+        let moved = |geometry: SlotGeometry| (geometry.slot - before.slot).norm();
+        assert_eq!(moved(advanced(&mut slots, 100)), 0.0);
+        assert!(moved(advanced(&mut slots, 110)) < 0.5 && slots.is_moving());
+        let at_rest = advanced(&mut slots, 600);
+        assert!(!slots.is_moving() && moved(at_rest) > 10.0);
+        let [previous, next] = at_rest.neighbours.map(Option::unwrap);
+        assert_eq!((previous.0, next.0), (UavId(1), UavId(4)));
+        assert!((previous.1 - 40.0).abs() < 1e-9 && (next.1 - 40.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_last_two_keep_their_slots_and_have_one_neighbour_each() {
+        let mut slots = slots(1);
+        slots.reform(Tick(0), |uav| uav.0 % 3 == 1);
+        let geometry = advanced(&mut slots, 500);
+        assert!((geometry.slot - self::slots(1).geometry().slot).norm() < 1e-9);
+        let (uav, distance_m) = geometry.neighbours[0].unwrap();
+        assert!(uav == UavId(4) && (distance_m - 80.0).abs() < 1e-9 && geometry.neighbours[1].is_none());
+    }
+
+    proptest! {
+        #[test]
+        fn no_change_on_the_way_makes_a_slot_jump(
+            changes in prop::collection::vec((0_i64..400, prop::array::uniform6(any::<bool>())), 1..6),
+        ) {
+            let (mut slots, mut now) = (slots(1), 0);
+            let mut place = slots.geometry().slot;
+            for (pause, alive) in changes {
+                slots.reform(Tick(now), |uav| uav == UavId(1) || alive[uav.index()]);
+                for _ in 0..=pause {
+                    now += 1;
+                    let next = advanced(&mut slots, now).slot;
+                    // No slot moves faster than half of the whole ring in five seconds.
+                    prop_assert!((next - place).norm() < 0.26, "{} m in a tick", (next - place).norm());
+                    place = next;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! What a UAV has received of another UAV or of the leader, and where that one is now.
+//!
+//! Never holds a sample before it can be used: early ones wait in the [arrivals](crate::reception::arrivals).
+
+use nalgebra::Point2;
+use ringwing_flight::{AgeTicks, LeaderState, Pose, Tick, UavState};
+use ringwing_scenario::DeadReckoning;
+
+/// Where a UAV or the leader was at one tick, and how it flies on from there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PeerTrack {
+    /// The tick of the sample.
+    pub(super) tick: Tick,
+    /// Where it was then.
+    pub(super) pose: Pose,
+    /// Its speed from that tick on.
+    pub(super) speed_m_s: f64,
+    /// Its turn rate from that tick on.
+    pub(super) turn_rate_rad_s: f64,
+}
+
+impl PeerTrack {
+    /// `None` if a number is not finite: then the sample is damaged, because no sender of this project sends such numbers.
+    fn new(
+        tick: Tick,
+        position_m: [f64; 2],
+        heading_rad: f64,
+        speed_m_s: f64,
+        turn_rate_rad_s: f64,
+    ) -> Option<Self> {
+        let [x, y] = position_m;
+        let is_finite =
+            [x, y, heading_rad, speed_m_s, turn_rate_rad_s].iter().all(|number| number.is_finite());
+        let pose = Pose { position: Point2::new(x, y), heading_rad };
+        is_finite.then_some(Self { tick, pose, speed_m_s, turn_rate_rad_s })
+    }
+
+    pub(super) fn of_uav(state: &UavState) -> Option<Self> {
+        Self::new(state.tick, state.position_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s)
+    }
+
+    pub(super) fn of_leader(state: &LeaderState) -> Option<Self> {
+        Self::new(state.tick, state.position_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s)
+    }
+
+    /// Where the leader is at `now`: predicted along its arc, as far as `reckoning` allows.
+    pub(super) fn along_arc(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+        let duration_s = self.predicted_ticks(now, reckoning) as f64 * period_s;
+        self.pose.after(self.speed_m_s, self.turn_rate_rad_s, duration_s)
+    }
+
+    /// Where a UAV is at `now`: predicted along its arc for one tick and straight on after that, as far as `reckoning`
+    /// allows.
+    ///
+    /// A UAV holds its turn rate for one tick; then the stiff heading loop of Eq. (6) commands another one. Data may be
+    /// seconds old, and a momentary turn extended over seconds makes a circle that the UAV does not fly. The whole swarm
+    /// would follow it and oscillate.
+    pub(super) fn straight_after_one_tick(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+        let predicted = self.predicted_ticks(now, reckoning);
+        let turned = predicted.min(1);
+        let pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, turned as f64 * period_s);
+        // Skip a straight part of no length: it could still round the last bit.
+        if predicted == turned {
+            pose
+        } else {
+            pose.after(self.speed_m_s, 0.0, (predicted - turned) as f64 * period_s)
+        }
+    }
+
+    fn predicted_ticks(&self, now: Tick, reckoning: DeadReckoning) -> i64 {
+        let age = now.since(self.tick);
+        match reckoning {
+            DeadReckoning::Off => 0,
+            DeadReckoning::Tick => age.min(1),
+            DeadReckoning::Full => age,
+        }
+    }
+}
+
+/// The newest track of one sender.
+#[derive(Debug, Clone, Default)]
+pub(super) struct NewestTrack(Option<PeerTrack>);
+
+impl NewestTrack {
+    /// Keeps `track` if it is newer than what is known: links with faults deliver out of order.
+    pub(super) fn update(&mut self, track: PeerTrack) {
+        if self.0.is_none_or(|known| known.tick < track.tick) {
+            self.0 = Some(track);
+        }
+    }
+
+    pub(super) fn get(&self) -> Option<&PeerTrack> {
+        self.0.as_ref()
+    }
+}
+
+/// The age of `track` at `now`, or "never received".
+pub(super) fn age(track: Option<&PeerTrack>, now: Tick) -> AgeTicks {
+    track.map_or(AgeTicks::NEVER, |track| AgeTicks::between(track.tick, now))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(tick: i64) -> PeerTrack {
+        PeerTrack::new(Tick(tick), [tick as f64, 0.0], 0.0, 15.0, 0.0).unwrap()
+    }
+
+    #[test]
+    fn a_late_sample_does_not_replace_a_newer_one() {
+        let mut newest = NewestTrack::default();
+        for tick in [7, 8, 10, 9, 2] {
+            newest.update(at(tick));
+        }
+        assert_eq!(newest.get(), Some(&at(10)));
+    }
+
+    #[test]
+    fn old_data_are_predicted_as_far_as_dead_reckoning_allows() {
+        let x = |reckoning| at(0).along_arc(Tick(20), reckoning, 0.01).position.x;
+        assert!((x(DeadReckoning::Off) - 0.0).abs() < 1e-12);
+        assert!((x(DeadReckoning::Tick) - 0.15).abs() < 1e-12);
+        assert!((x(DeadReckoning::Full) - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_uav_is_predicted_to_turn_for_one_tick_and_the_leader_for_the_whole_time() {
+        let turning = PeerTrack { turn_rate_rad_s: 0.5, ..at(0) };
+        let full = DeadReckoning::Full;
+        let (leader, uav) = (
+            turning.along_arc(Tick(200), full, 0.01),
+            turning.straight_after_one_tick(Tick(200), full, 0.01),
+        );
+        assert!((leader.heading_rad - 1.0).abs() < 1e-12);
+        assert!((uav.heading_rad - 0.005).abs() < 1e-12);
+        assert_eq!(
+            turning.straight_after_one_tick(Tick(1), full, 0.01),
+            turning.along_arc(Tick(1), full, 0.01)
+        );
+        assert_eq!(turning.straight_after_one_tick(Tick(200), DeadReckoning::Off, 0.01), turning.pose);
+    }
+
+    #[test]
+    fn a_sample_with_a_number_that_is_not_finite_is_ignored() {
+        assert_eq!(PeerTrack::new(Tick(0), [f64::NAN, 0.0], 0.0, 15.0, 0.0), None);
+        assert_eq!(PeerTrack::new(Tick(0), [0.0, 0.0], 0.0, f64::INFINITY, 0.0), None);
+    }
+
+    #[test]
+    fn data_that_were_never_received_have_no_age() {
+        assert_eq!(age(None, Tick(5)).ticks(), None);
+        assert_eq!(age(Some(&at(2)), Tick(5)).ticks(), Some(3));
+    }
+}

@@ -1,0 +1,200 @@
+//! An agent's ends of the run's services.
+//!
+//! Never decides anything about the flight: it moves samples between the services and the [`UavAgent`].
+
+use crate::{
+    UavAgent,
+    reception::{Inputs, Take},
+    uav_agent::Answer,
+};
+use ringwing_bus::{Ballast, BusError, Gate, Member, Publisher, Stamps, Subscriber, channel, monotonic_ns};
+use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
+use ringwing_scenario::Scenario;
+use std::{
+    thread,
+    time::{Duration, Instant},
+};
+
+/// Sleep between two polls for a lost leader state. Longer delays the tick after a leader's restart; shorter burns CPU.
+const POLL_INTERVAL: Duration = Duration::from_micros(200);
+
+/// An agent's ends of the services.
+pub(super) struct AgentPorts<'m> {
+    member: &'m Member,
+    inputs: InputPorts<'m>,
+    state: Publisher<UavState>,
+    command: Publisher<Command>,
+    account: Publisher<Account>,
+    /// Opened for the first counts: most runs have no link faults.
+    link_counts: Option<Publisher<LinkCounts>>,
+    /// Bytes that benchmarks carry beside the messages.
+    ballast: Option<Ballast>,
+    uavs: u32,
+    /// The last tick that was received in.
+    received: Option<Tick>,
+    /// How long to wait for a leader state that was lost with its leader.
+    lost_with_leader_limit: Duration,
+    /// How long it took to send the last answer.
+    sending_ns: u64,
+}
+
+/// The receiving ends.
+struct InputPorts<'m> {
+    member: &'m Member,
+    sensed: Subscriber<Sensed>,
+    /// One for each UAV that is listened to.
+    states: Vec<(UavId, Subscriber<UavState>)>,
+    leader: Subscriber<LeaderState>,
+}
+
+impl<'m> AgentPorts<'m> {
+    /// Opens all ports of `agent`, the agent of `uav`.
+    pub(super) fn open(
+        member: &'m Member,
+        scenario: &Scenario,
+        uav: UavId,
+        agent: &UavAgent,
+    ) -> Result<Self, BusError> {
+        let (node, uavs, time) = (member.node(), scenario.formation.uavs, &scenario.time);
+        // In real time nothing waits. In lockstep the launcher gives up on a leader that takes longer than this to start.
+        let limit_s = if time.real_time { 0.0 } else { 2.0 * scenario.supervision.start_timeout_s };
+        let ballast_bytes = scenario.ipc.payload_bytes;
+        Ok(Self {
+            member,
+            inputs: InputPorts::open(member, uav, uavs, agent.listened())?,
+            state: channel::state(uav).publisher(node)?,
+            command: channel::command(uav).publisher(node)?,
+            account: channel::account(uav).publisher(node)?,
+            link_counts: None,
+            ballast: (ballast_bytes > 0).then(|| Ballast::of_agent(node, uav, ballast_bytes)).transpose()?,
+            uavs,
+            received: None,
+            lost_with_leader_limit: Duration::from_secs_f64(limit_s),
+            sending_ns: 0,
+        })
+    }
+
+    /// Lets `agent` receive what it can use in `now`.
+    pub(super) fn receive(&mut self, agent: &mut UavAgent, gate: &Gate, now: Tick) -> Result<(), BusError> {
+        agent.receive(now, &mut self.inputs)?;
+        self.receive_lost_with_leader(agent, gate, now)?;
+        if let Some(ballast) = &self.ballast {
+            ballast.receive()?;
+        }
+        Ok(())
+    }
+
+    /// Waits for the leader state of the tick before `now` if the leader sent it and it has not arrived.
+    ///
+    /// When the leader is killed, iceoryx2 drops the samples that a reader has not fetched yet, though other agents may have
+    /// fetched theirs. The leader's replacement sends that state again. Waiting for it keeps lockstep deterministic.
+    fn receive_lost_with_leader(
+        &mut self,
+        agent: &mut UavAgent,
+        gate: &Gate,
+        now: Tick,
+    ) -> Result<(), BusError> {
+        let before = Tick(now.0 - 1);
+        // An agent that was not there in the tick before ignores what was sent in it.
+        let has_listened = self.received.replace(now) == Some(before);
+        let is_missing = |agent: &UavAgent| {
+            let was_sent = || gate.led() >= Some(before) && !gate.is_closed();
+            has_listened && agent.newest_leader_arrived() < Some(before) && was_sent()
+        };
+        let since = Instant::now();
+        while is_missing(agent)
+            && since.elapsed() < self.lost_with_leader_limit
+            && !self.member.stop().is_set()
+        {
+            thread::sleep(POLL_INTERVAL);
+            agent.receive_leader(now, &mut self.inputs)?;
+        }
+        Ok(())
+    }
+
+    /// Opens and closes inputs, as `agent` now wants to listen.
+    pub(super) fn update_inputs(&mut self, agent: &mut UavAgent) -> Result<(), BusError> {
+        agent.update_inputs(&mut self.inputs)
+    }
+
+    /// Sends the answer to `now`, of an agent that woke at `woke_ns` and had read its inputs at `read_ns`.
+    pub(super) fn send(
+        &mut self,
+        answer: &Answer,
+        now: Tick,
+        woke_ns: u64,
+        read_ns: u64,
+    ) -> Result<(), BusError> {
+        let sent_ns = monotonic_ns();
+        let stamps = Stamps { woke_ns, read_ns, sent_ns, sending_ns: self.sending_ns };
+        if let Some(ballast) = &self.ballast {
+            ballast.send(now)?;
+        }
+        // The command comes last: with it the tick may be over.
+        if let Some(account) = answer.account {
+            self.account.send(account, stamps)?;
+        }
+        if let Some(state) = answer.state {
+            self.state.send(state, stamps)?;
+        }
+        self.command.send(answer.command, stamps)?;
+        self.sending_ns = monotonic_ns() - sent_ns;
+        Ok(())
+    }
+
+    /// Sends the counts of links with faults.
+    pub(super) fn send_link_counts(&mut self, all: impl Iterator<Item = LinkCounts>) -> Result<(), BusError> {
+        for counts in all {
+            if self.link_counts.is_none() {
+                self.link_counts = Some(channel::links(self.uavs).publisher(self.member.node())?);
+            }
+            if let Some(port) = &self.link_counts {
+                port.send(counts, Stamps::now())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<'m> InputPorts<'m> {
+    fn open(member: &'m Member, uav: UavId, uavs: u32, listened: &[UavId]) -> Result<Self, BusError> {
+        let (node, depth) = (member.node(), channel::TICK_DEPTH);
+        let state = |other: &UavId| Ok((*other, channel::state(*other).subscriber(node, depth)?));
+        Ok(Self {
+            member,
+            sensed: channel::sensed(uav).subscriber(node, depth)?,
+            states: listened.iter().map(state).collect::<Result<_, BusError>>()?,
+            leader: channel::leader(uavs).subscriber(node, depth)?,
+        })
+    }
+}
+
+impl Inputs for InputPorts<'_> {
+    type Error = BusError;
+
+    fn sensed(&mut self, take: &mut Take<Sensed>) -> Result<(), BusError> {
+        self.sensed.drain_until(|sample, _| take(sample))
+    }
+
+    fn state(&mut self, from: UavId, take: &mut Take<UavState>) -> Result<(), BusError> {
+        let Some((_, port)) = self.states.iter().find(|(uav, _)| *uav == from) else { return Ok(()) };
+        port.drain_until(|sample, _| take(sample))
+    }
+
+    fn leader(&mut self, take: &mut Take<LeaderState>) -> Result<(), BusError> {
+        self.leader.drain_until(|sample, _| take(sample))
+    }
+
+    /// A service is full while UAVs that do not agree yet on who is alive listen to the same one. Their places become
+    /// free as they agree, so a failure is not an error.
+    fn open_state(&mut self, from: UavId) -> Result<bool, BusError> {
+        let port = channel::state(from).subscriber_if_free(self.member.node(), channel::TICK_DEPTH)?;
+        let is_open = port.is_some();
+        self.states.extend(port.map(|port| (from, port)));
+        Ok(is_open)
+    }
+
+    fn close_state(&mut self, from: UavId) {
+        self.states.retain(|(uav, _)| *uav != from);
+    }
+}

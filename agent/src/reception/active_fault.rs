@@ -1,0 +1,181 @@
+//! What one fault does to one sample.
+//!
+//! A pure function of (seed, link, sending tick), so faults never influence each other.
+
+use super::{
+    impairment::Route,
+    sample::{PoseError, Sample},
+};
+use ringwing_flight::{Tick, draw::Draws};
+use ringwing_scenario::fault::{Delay, Source, Trouble, schedule::LinkFault};
+use std::mem::discriminant;
+
+/// A fault of one link.
+#[derive(Debug, Clone)]
+pub(super) struct ActiveFault {
+    fault: LinkFault,
+    /// Faults of the same kind that the link has before this one: each rank has its own draws.
+    rank: u64,
+    /// The last known state of a Gilbert chain.
+    gilbert: GilbertState,
+}
+
+/// A Gilbert chain at one tick.
+#[derive(Debug, Clone, Copy)]
+struct GilbertState {
+    tick: i64,
+    is_bad: bool,
+}
+
+/// What is decided about one sample, fault by fault.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fate<T> {
+    pub(super) sample: T,
+    pub(super) is_lost: bool,
+    /// Kept until no `hold` is on.
+    pub(super) is_held: bool,
+    /// Beyond the latency of a link without faults.
+    pub(super) delay_s: f64,
+    /// Copies that follow the sample.
+    pub(super) copies: u32,
+}
+
+/// All that the draws for one sample depend on, apart from their purpose.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LinkDraws {
+    pub(super) seed: u64,
+    pub(super) route: Route,
+    pub(super) sent: Tick,
+}
+
+/// What a draw is for: each purpose has its own stream. Another number gives other draws for the same seed.
+#[derive(Debug, Clone, Copy)]
+enum Purpose {
+    Loss = 1,
+    GilbertTurn,
+    GilbertLoss,
+    Delay,
+    Duplicate,
+    Reorder,
+    Noise,
+}
+
+impl<T> Fate<T> {
+    /// The fate of a sample on a link without faults.
+    pub(super) fn undisturbed(sample: T) -> Self {
+        Self { sample, is_lost: false, is_held: false, delay_s: 0.0, copies: 0 }
+    }
+}
+
+impl LinkDraws {
+    fn stream(self, purpose: Purpose, rank: u64) -> Draws {
+        let from = match self.route.source {
+            Source::Leader => 0,
+            Source::Uav(uav) => u64::from(uav),
+            Source::Own => u64::from(u32::MAX),
+        };
+        let link = from << 32 | u64::from(self.route.to.0);
+        Draws::new(self.seed, [link, purpose as u64, rank], self.sent.0.cast_unsigned())
+    }
+
+    fn happens(self, purpose: Purpose, rank: u64, probability: f64) -> bool {
+        self.stream(purpose, rank).uniform() < probability
+    }
+}
+
+impl ActiveFault {
+    /// The faults of `faults` that concern `route`.
+    pub(super) fn of_route(faults: &[LinkFault], route: &Route) -> Vec<Self> {
+        let mut active: Vec<Self> = Vec::new();
+        for fault in faults.iter().filter(|fault| fault.links.cover(route.source, route.to.0)) {
+            let kind = discriminant(&fault.trouble);
+            let rank = active.iter().filter(|other| discriminant(&other.fault.trouble) == kind).count();
+            let gilbert = GilbertState { tick: fault.begin, is_bad: false };
+            active.push(Self { fault: fault.clone(), rank: rank as u64, gilbert });
+        }
+        active
+    }
+
+    /// Whether it applies to what is sent in `tick`.
+    pub(super) fn is_on(&self, tick: Tick) -> bool {
+        self.fault.is_on(tick.0)
+    }
+
+    /// Whether it holds samples back in `now`.
+    pub(super) fn holds(&self, now: Tick) -> bool {
+        self.fault.trouble == Trouble::Hold && self.is_on(now)
+    }
+
+    /// Whether it repeats an old value in place of what is sent in `tick`.
+    pub(super) fn sticks(&self, tick: Tick) -> bool {
+        self.fault.trouble == Trouble::Stuck && self.is_on(tick)
+    }
+
+    /// Adds its effect to the fate of one sample.
+    pub(super) fn apply<T: Sample>(&mut self, draws: LinkDraws, fate: &mut Fate<T>) {
+        let rank = self.rank;
+        match &self.fault.trouble {
+            Trouble::Delay(delay) => fate.delay_s += delay_s(delay, draws, rank, self.fault.begin),
+            Trouble::Loss(p) => fate.is_lost |= draws.happens(Purpose::Loss, rank, *p),
+            Trouble::Gilbert { p, r, h, k } => {
+                let (p, r, pass_probability) = (*p, *r, [*k, *h]);
+                let is_bad = self.is_bad(draws, p, r);
+                let pass_probability = pass_probability[usize::from(is_bad)];
+                fate.is_lost |= !draws.happens(Purpose::GilbertLoss, rank, pass_probability);
+            }
+            Trouble::Blackout => fate.is_lost = true,
+            Trouble::Duplicate(p) => fate.copies += u32::from(draws.happens(Purpose::Duplicate, rank, *p)),
+            Trouble::Reorder { p, by_s } => {
+                fate.delay_s += if draws.happens(Purpose::Reorder, rank, *p) { *by_s } else { 0.0 };
+            }
+            Trouble::Hold => fate.is_held = true,
+            // The link replaces a stuck sample before any other fault applies to it.
+            Trouble::Stuck => {}
+            Trouble::Bias { x_m, y_m, heading_rad } => {
+                let error = PoseError { x_m: *x_m, y_m: *y_m, heading_rad: *heading_rad };
+                fate.sample = fate.sample.displaced(error);
+            }
+            Trouble::Noise { position_m, heading_rad } => {
+                let mut noise = draws.stream(Purpose::Noise, rank);
+                let (x_m, y_m) = (position_m * noise.normal(), position_m * noise.normal());
+                let error = PoseError { x_m, y_m, heading_rad: heading_rad * noise.normal() };
+                fate.sample = fate.sample.displaced(error);
+            }
+        }
+    }
+
+    /// Whether the Gilbert chain is in its bad state when the sample is sent.
+    ///
+    /// The chain starts good when the fault begins and draws one transition per tick: good to bad with probability `p`, bad
+    /// to good with `r`.
+    fn is_bad(&mut self, draws: LinkDraws, p: f64, r: f64) -> bool {
+        // Samples may be offered out of order: for an older one, run the chain again from the start.
+        if self.gilbert.tick > draws.sent.0 {
+            self.gilbert = GilbertState { tick: self.fault.begin, is_bad: false };
+        }
+        let GilbertState { tick: known, mut is_bad } = self.gilbert;
+        for tick in known..draws.sent.0 {
+            let turn_probability = if is_bad { r } else { p };
+            let draws = LinkDraws { sent: Tick(tick), ..draws };
+            is_bad ^= draws.happens(Purpose::GilbertTurn, self.rank, turn_probability);
+        }
+        self.gilbert = GilbertState { tick: draws.sent.0, is_bad };
+        is_bad
+    }
+}
+
+fn delay_s(delay: &Delay, draws: LinkDraws, rank: u64, begin: i64) -> f64 {
+    let mut stream = draws.stream(Purpose::Delay, rank);
+    let delay_s = match delay {
+        Delay::Constant { by_s } => *by_s,
+        Delay::Uniform { by_s, jitter_s } => by_s + jitter_s * (2.0 * stream.uniform() - 1.0),
+        Delay::Normal { by_s, deviation_s } => by_s + deviation_s * stream.normal(),
+        Delay::Pareto { by_s, tail_s, shape } => by_s + stream.tail(*tail_s, *shape),
+        // A trace starts with the fault, one delay per tick, and repeats.
+        Delay::Trace(delays_s) => delays_s[draws.sent.since(Tick(begin)) as usize % delays_s.len()],
+        // A file is read into a trace before the run, or the scenario is refused.
+        Delay::File(_) => 0.0,
+    };
+    // A wide distribution reaches below zero, but no sample arrives before a link without faults would deliver it.
+    delay_s.max(0.0)
+}

@@ -1,0 +1,172 @@
+//! Everything one agent does in a tick: receive, fly, update its inputs.
+//!
+//! The agent's process and the simulation run this same code and only move samples, so they give the same flight to the bit.
+//!
+//! Never knows ports, clocks, threads or waiting.
+
+use crate::{
+    pilot::{Decision, Pilot},
+    reception::{Inputs, LinkReceiver, LinkSettings, Route},
+};
+use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
+use ringwing_scenario::{
+    Scenario,
+    fault::{Source, schedule::LinkFault},
+};
+
+/// What an agent sends in one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer {
+    /// For the agents that listen to this one. `None` when the command is withheld: the others must notice the silence.
+    pub state: Option<UavState>,
+    /// For the airframe. It is the answer to the tick.
+    pub command: Command,
+    /// For the log; `None` when the command is withheld.
+    pub account: Option<Account>,
+}
+
+/// One UAV's agent, without its process.
+///
+/// A tick is [`receive`](Self::receive), [`fly`](Self::fly), [`update_inputs`](Self::update_inputs), in this order. The answer
+/// must be sent after the inputs are updated: it may end the tick, and what the others send in the next one must be heard.
+#[derive(Debug, Clone)]
+pub struct UavAgent {
+    uav: UavId,
+    pilot: Pilot,
+    senses: LinkReceiver<Sensed>,
+    /// Every UAV that was ever listened to: a link keeps its counts while its receiver is closed.
+    neighbours: Vec<NeighbourInput>,
+    leader: LinkReceiver<LeaderState>,
+    links: LinkSettings,
+    faults: Vec<LinkFault>,
+    last_tick: Tick,
+}
+
+/// The receiving end of another UAV's states.
+#[derive(Debug, Clone)]
+struct NeighbourInput {
+    uav: UavId,
+    receiver: LinkReceiver<UavState>,
+}
+
+impl UavAgent {
+    /// The agent of `uav` in `scenario`, which has been validated, as it starts. Its links have no faults yet.
+    pub fn new(scenario: &Scenario, uav: UavId) -> Self {
+        let links = LinkSettings::new(scenario);
+        let route = |source, latency_ticks| Route { source, to: uav, latency_ticks };
+        let mut agent = Self {
+            uav,
+            pilot: Pilot::new(scenario, uav),
+            senses: LinkReceiver::new(route(Source::Own, 0), links, &[]),
+            neighbours: Vec::new(),
+            leader: LinkReceiver::new(route(Source::Leader, 1), links, &[]),
+            links,
+            faults: Vec::new(),
+            last_tick: Tick(scenario.last_tick()),
+        };
+        for other in agent.pilot.listened().to_vec() {
+            agent.open(other);
+        }
+        agent
+    }
+
+    /// Replaces the faults of all its links. Samples in flight stay there.
+    pub fn set_faults(&mut self, faults: &[LinkFault]) {
+        self.senses.set_faults(faults);
+        self.leader.set_faults(faults);
+        self.neighbours.iter_mut().for_each(|input| input.receiver.set_faults(faults));
+        self.faults = faults.to_vec();
+    }
+
+    /// Takes in the senses of `now`, and what the others and the leader sent until the tick before.
+    pub fn receive<I: Inputs>(&mut self, now: Tick, inputs: &mut I) -> Result<(), I::Error> {
+        let pilot = &mut self.pilot;
+        self.senses.receive(now, |take| inputs.sensed(take), |sensed| pilot.receive_sensed(sensed))?;
+        for NeighbourInput { uav, receiver } in &mut self.neighbours {
+            let take = |state: &UavState| pilot.receive_state(state, now);
+            receiver.receive(now, |take| inputs.state(*uav, take), take)?;
+        }
+        self.receive_leader(now, inputs)
+    }
+
+    /// Takes in only what the leader sent: for a caller that waits for a leader state.
+    pub fn receive_leader<I: Inputs>(&mut self, now: Tick, inputs: &mut I) -> Result<(), I::Error> {
+        let pilot = &mut self.pilot;
+        self.leader.receive(now, |take| inputs.leader(take), |state| pilot.receive_leader(state))
+    }
+
+    /// The tick of the newest leader state that has arrived, whatever a fault then does to it.
+    pub fn newest_leader_arrived(&self) -> Option<Tick> {
+        self.leader.newest_arrived()
+    }
+
+    /// The counts to report in `now`, between [`receive`](Self::receive) and [`fly`](Self::fly): those of the links with
+    /// faults, once a simulated second and at the last tick.
+    pub fn link_counts(&self, now: Tick) -> impl Iterator<Item = LinkCounts> {
+        let is_due = now.0 % i64::from(self.links.rate_hz) == 0 || now == self.last_tick;
+        let neighbours = self.neighbours.iter().map(move |input| input.receiver.counts(now));
+        let all = neighbours.chain([self.leader.counts(now), self.senses.counts(now)]);
+        all.flatten().filter(move |_| is_due)
+    }
+
+    /// Decides what to send in `now`. A running agent answers every tick: with nothing to go by it withholds its command.
+    pub fn fly(&mut self, now: Tick) -> Answer {
+        match self.pilot.fly(now) {
+            Some(Decision { state, command, account }) => {
+                Answer { state: Some(state), command, account: Some(account) }
+            }
+            None => Answer { state: None, command: Command::withheld(now, self.uav), account: None },
+        }
+    }
+
+    /// Opens and closes `inputs` for the states of other UAVs, as the pilot now wants to hear them.
+    ///
+    /// An input that closes loses what is in flight to it. One that opens is a newcomer in the next tick.
+    pub fn update_inputs<I: Inputs>(&mut self, inputs: &mut I) -> Result<(), I::Error> {
+        if self.is_up_to_date() {
+            return Ok(());
+        }
+        let listened = self.pilot.listened().to_vec();
+        for input in &mut self.neighbours {
+            if input.receiver.is_open() && !listened.contains(&input.uav) {
+                input.receiver.close();
+                inputs.close_state(input.uav);
+            }
+        }
+        for uav in listened {
+            if !self.is_open(uav) && inputs.open_state(uav)? {
+                self.open(uav);
+            }
+        }
+        Ok(())
+    }
+
+    /// The UAVs whose states it wants to hear.
+    pub fn listened(&self) -> &[UavId] {
+        self.pilot.listened()
+    }
+
+    /// Whether the open inputs are just those that the pilot wants.
+    fn is_up_to_date(&self) -> bool {
+        let listened = self.pilot.listened();
+        let mut open = self.neighbours.iter().filter(|input| input.receiver.is_open());
+        open.clone().count() == listened.len() && open.all(|input| listened.contains(&input.uav))
+    }
+
+    fn is_open(&self, uav: UavId) -> bool {
+        self.neighbours.iter().any(|input| input.uav == uav && input.receiver.is_open())
+    }
+
+    fn open(&mut self, uav: UavId) {
+        if let Some(input) = self.neighbours.iter_mut().find(|input| input.uav == uav) {
+            input.receiver.open();
+            return;
+        }
+        let route = Route { source: Source::Uav(uav.0), to: self.uav, latency_ticks: 1 };
+        let receiver = LinkReceiver::new(route, self.links, &self.faults);
+        self.neighbours.push(NeighbourInput { uav, receiver });
+    }
+}
+
+#[cfg(test)]
+mod tests;

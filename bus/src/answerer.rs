@@ -1,0 +1,57 @@
+//! A process that answers ticks: it waits for each, does its work, and answers, until the run ends.
+
+use crate::{BusError, Gate, Member, StopFlag, Wait, Waker};
+use ringwing_flight::Tick;
+
+/// The place of an agent or of the leader in the rhythm of ticks.
+#[derive(Debug)]
+pub struct Answerer {
+    gate: Gate,
+    waker: Waker,
+    stop: StopFlag,
+    last: Option<Tick>,
+}
+
+impl Answerer {
+    /// Announces that `member` is ready to answer. All ports that it needs must be open before.
+    pub fn join(member: &Member) -> Result<Self, BusError> {
+        let waker = Waker::of_answerer(member)?;
+        let gate = member.announce_ready()?;
+        Ok(Self { last: gate.missed(), gate, waker, stop: member.stop().clone() })
+    }
+
+    /// Waits for the next tick; `None` when the flight is over or the process is asked to stop.
+    pub fn next_tick(&mut self) -> Result<Option<Tick>, BusError> {
+        match self.waker.wait_for_tick(&self.gate, self.last, &self.stop)? {
+            Wait::Tick(tick) => Ok(Some(tick)),
+            Wait::Closed | Wait::Stopped => Ok(None),
+        }
+    }
+
+    /// Whether this process knows no earlier tick: it has not answered any, nor found one answered without it.
+    pub fn is_new(&self) -> bool {
+        self.last.is_none()
+    }
+
+    /// Answers `tick`: all that this process has for it must be published before.
+    pub fn answer(&mut self, tick: Tick) -> Result<(), BusError> {
+        self.gate.answer();
+        self.finish(tick)
+    }
+
+    /// Answers `tick` as the leader, whose state of that tick every subscriber has got.
+    pub fn answer_as_leader(&mut self, tick: Tick) -> Result<(), BusError> {
+        self.gate.answer_as_leader(tick);
+        self.finish(tick)
+    }
+
+    fn finish(&mut self, tick: Tick) -> Result<(), BusError> {
+        self.last = Some(tick);
+        self.waker.notify()
+    }
+
+    /// The gate, for what it tells beside the tick.
+    pub fn gate(&self) -> &Gate {
+        &self.gate
+    }
+}

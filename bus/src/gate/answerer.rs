@@ -1,0 +1,107 @@
+//! The side of those who answer ticks: the agents and the leader.
+
+use super::{
+    Gate,
+    layout::{
+        ANSWERS, CLOSED, DUE_AT_NS, DUE_LEAD_NS, EXPECTED, FAULTS, LED, ROUND, SLEEPERS, WORLD_SLEEPS,
+        round_of, tick_of,
+    },
+};
+use crate::{Due, StopFlag, WaitStrategy, futex, monotonic_ns};
+use ringwing_flight::Tick;
+use std::sync::atomic::Ordering::SeqCst;
+
+/// Why a wait at the gate ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wait {
+    /// This tick is open.
+    Tick(Tick),
+    /// The flight is over.
+    Closed,
+    /// The process was asked to stop.
+    Stopped,
+}
+
+impl Gate {
+    /// Waits until a tick other than `seen` is open, the flight is over, or `stop` is set.
+    pub fn wait(&self, seen: Option<Tick>, strategy: &mut WaitStrategy, stop: &StopFlag) -> Wait {
+        let old = seen.map_or(0, round_of);
+        let is_over = || self.page[ROUND].load(SeqCst) != old || stop.is_set();
+        while strategy.never_sleeps() && !is_over() {
+            strategy.yield_until(is_over);
+        }
+        if !strategy.yield_until(is_over) {
+            self.sleep_until(old, strategy, is_over);
+        }
+        self.current(stop)
+    }
+
+    /// Sleeps until `is_over`, but stands by, awake, around the time when the next tick is due.
+    fn sleep_until(&self, old: u32, strategy: &mut WaitStrategy, is_over: impl Fn() -> bool + Copy) {
+        // Count this sleeper before the first look: a tick that opens in between then wakes it.
+        self.page[SLEEPERS].fetch_add(1, SeqCst);
+        let mut due = strategy.stands_by_for(self.due());
+        while !is_over() {
+            let nap = due.until_stand_by(monotonic_ns());
+            if nap.is_zero() {
+                strategy.stand_by(due, is_over);
+                due = Due::default();
+            } else {
+                futex::wait(&self.page[ROUND], old, nap);
+            }
+        }
+        self.page[SLEEPERS].fetch_sub(1, SeqCst);
+    }
+
+    /// The state of the gate if it is no longer what it was at tick `seen`.
+    pub(crate) fn news(&self, seen: Option<Tick>, stop: &StopFlag) -> Option<Wait> {
+        let is_new = self.page[ROUND].load(SeqCst) != seen.map_or(0, round_of) || stop.is_set();
+        is_new.then(|| self.current(stop))
+    }
+
+    fn due(&self) -> Due {
+        let [at_ns, lead_ns] =
+            [DUE_AT_NS, DUE_LEAD_NS].map(|number| self.page[number].load(SeqCst).cast_unsigned());
+        Due { at_ns, lead_ns }
+    }
+
+    fn current(&self, stop: &StopFlag) -> Wait {
+        match self.page[ROUND].load(SeqCst) {
+            _ if stop.is_set() => Wait::Stopped,
+            CLOSED => Wait::Closed,
+            round => Wait::Tick(tick_of(round)),
+        }
+    }
+
+    /// Answers the open tick: all that this process has for it must be published before.
+    pub fn answer(&self) {
+        let answers = self.page[ANSWERS].fetch_add(1, SeqCst) + 1;
+        // Only the last answer wakes the world, and only if it sleeps.
+        if answers >= self.page[EXPECTED].load(SeqCst) && self.page[WORLD_SLEEPS].load(SeqCst) != 0 {
+            futex::wake_all(&self.page[ANSWERS]);
+        }
+    }
+
+    /// Answers `tick` as the leader, whose state of that tick every subscriber has got.
+    pub fn answer_as_leader(&self, tick: Tick) {
+        self.page[LED].store(round_of(tick), SeqCst);
+        self.answer();
+    }
+
+    /// The tick that was open and already answered by all when this process joined. It must not answer that one.
+    pub fn missed(&self) -> Option<Tick> {
+        self.missed
+    }
+
+    /// Notes the tick that this process missed. To be called before the process announces that it is ready: after that
+    /// the world may go on.
+    pub(crate) fn note_missed(&mut self) {
+        // While the world holds the next tick, the one before is complete.
+        self.missed = self.held().and_then(|_| self.tick());
+    }
+
+    /// How many faults were added during the run. When this has grown, the launcher's list of them has changed.
+    pub fn faults(&self) -> u32 {
+        self.page[FAULTS].load(SeqCst)
+    }
+}

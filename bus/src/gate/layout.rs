@@ -1,0 +1,68 @@
+//! Where each value of the tick gate is on its page, who writes it, and what it means.
+//!
+//! A tick is on the page as its *round*: the tick + 2, so that 0 means that no tick was opened yet.
+
+use crate::page::{Number, Word};
+use ringwing_flight::{Part, Tick, payload::MAX_UAVS};
+
+/// World: the round that is open; 0 before the first, [`CLOSED`] at the end.
+pub(super) const ROUND: Word = Word(0);
+/// Answering processes: how many of them sleep on [`ROUND`].
+pub(super) const SLEEPERS: Word = Word(1);
+/// Answering processes: how many answers this round has.
+pub(super) const ANSWERS: Word = Word(2);
+/// World: how many answers it waits for.
+pub(super) const EXPECTED: Word = Word(3);
+/// World: 1 while it sleeps on [`ANSWERS`].
+pub(super) const WORLD_SLEEPS: Word = Word(4);
+/// Launcher and recorder: grows when the world has to look at more than the answers.
+pub(super) const NUDGES: Word = Word(5);
+/// World: grows with each batch of ticks that the recorder should read.
+pub(super) const BATCH: Word = Word(6);
+/// Recorder: the last tick that it has read.
+pub(super) const RECORDED: Number = Number(7);
+/// Leader: the last round of which it has sent its state to every subscriber.
+pub(super) const LED: Word = Word(8);
+/// Launcher: 1 when the user wants the run to end.
+pub(super) const STOP: Word = Word(9);
+/// World: the tick that it does not open before the launcher has applied the faults due, or [`NOT_HELD`].
+pub(super) const HELD: Number = Number(10);
+/// World: grows each time that it begins to hold.
+pub(super) const HOLDS: Word = Word(11);
+/// Launcher: how many faults were added during the run.
+pub(super) const FAULTS: Word = Word(12);
+/// World: when the next tick is due, in ns of the monotonic clock; 0 in lockstep.
+pub(super) const DUE_AT_NS: Number = Number(13);
+/// World: how long before that a waiting process should be awake, in ns; 0 in lockstep.
+pub(super) const DUE_LEAD_NS: Number = Number(14);
+/// The line of the first part's process id.
+const FIRST_READY: usize = 15;
+
+/// How many lines the page has.
+pub(super) const LINES: usize = FIRST_READY + 3 + MAX_UAVS as usize;
+
+/// In [`ROUND`]: the flight is over.
+pub(super) const CLOSED: u32 = u32::MAX;
+/// In [`HELD`]: the world holds no tick.
+pub(super) const NOT_HELD: i64 = i64::MIN;
+
+/// `part` itself or, when it has ended, the launcher: the id of its process once that is ready, else 0.
+pub(super) fn ready(part: Part) -> Word {
+    Word(FIRST_READY + part.index())
+}
+
+/// The round of `tick`.
+///
+/// # Panics
+/// If `tick` is before [`Tick::APPROACH`], or 2^32 - 3 or later: that is more than a year of flight at 100 Hz.
+pub(super) fn round_of(tick: Tick) -> u32 {
+    u32::try_from(tick.0 + 2)
+        .ok()
+        .filter(|round| *round != CLOSED)
+        .expect("a run has fewer than 2^32 - 3 ticks")
+}
+
+/// The tick of `round`, which is neither 0 nor [`CLOSED`].
+pub(super) fn tick_of(round: u32) -> Tick {
+    Tick(i64::from(round) - 2)
+}

@@ -1,0 +1,20 @@
+//! iceoryx2's node: the identity under which a process opens services.
+
+use crate::{BusError, Domain, process::raise_open_files_limit};
+use iceoryx2::{
+    node::{Node, NodeBuilder},
+    prelude::{LogLevel, NodeName, SignalHandlingMode, ipc, set_log_level_from_env_or},
+};
+
+/// Creates a node named `name` in `domain`, and raises this process's limit of open files for its connections.
+pub fn create_node(domain: &Domain, name: &str) -> Result<Node<ipc::Service>, BusError> {
+    set_log_level_from_env_or(LogLevel::Error);
+    raise_open_files_limit()?;
+    let node_name = NodeName::new(name).map_err(|error| BusError::ipc(name, error))?;
+    NodeBuilder::new()
+        .name(&node_name)
+        .config(&domain.config()?)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create()
+        .map_err(|error| BusError::ipc(format!("node {name}: cannot be created"), error))
+}

@@ -1,0 +1,311 @@
+//! How a process spends a wait: spinning, yielding its core, or sleeping.
+//!
+//! Never decides what is waited for, nor whether it has come.
+
+use crate::monotonic_ns;
+use rustix::{
+    thread::{ClockId, clock_nanosleep_absolute},
+    time::Timespec,
+};
+use std::{
+    hint::spin_loop,
+    thread::{available_parallelism, yield_now},
+    time::{Duration, Instant},
+};
+
+/// Decides for each wait whether to yield before sleeping, from what yielding brought in the last ones.
+///
+/// Where processes alternate on few cores, `sched_yield` hands over in a fraction of the time that a sleep takes.
+/// Beside a busy foreign process it gives away whole time slices instead. So a process yields only while that pays.
+#[derive(Debug)]
+pub struct WaitStrategy(Kind);
+
+#[derive(Debug)]
+enum Kind {
+    /// Yields up to `yields` times, then sleeps.
+    Yielding { yields: u32, waits_until_retry: u32 },
+    /// Sleeps, but yields around the time when the end of the wait is due.
+    Timed { waits_until_retry: u32, retry_after: u32 },
+    /// Never sleeps.
+    Spinning,
+}
+
+/// When a wait should end, and how long before that a process should be awake.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Due {
+    /// Nanoseconds of the monotonic clock.
+    pub at_ns: u64,
+    /// A waiting process stands by for this long before, and at most as long after; 0: it does not stand by.
+    pub lead_ns: u64,
+}
+
+impl Due {
+    /// How long until a waiting process should stand by; [`Duration::MAX`] when that time is over, or there is none.
+    pub(crate) fn until_stand_by(self, now_ns: u64) -> Duration {
+        let Self { at_ns, lead_ns } = self;
+        if lead_ns == 0 || now_ns > at_ns.saturating_add(lead_ns) {
+            return Duration::MAX;
+        }
+        Duration::from_nanos(at_ns.saturating_sub(lead_ns).saturating_sub(now_ns))
+    }
+}
+
+/// Yields per wait before falling back to a futex. More only burn CPU: what has not come by then waits for a sleeping
+/// process. Fewer fall asleep during waits that are almost over.
+const YIELDS_MAX: u32 = 20;
+/// After how many waits a yielding process that gave up yielding tries again. More make it miss that yields pay again;
+/// fewer give time slices away more often.
+const YIELDING_RETRY_WAITS: u32 = 256;
+/// After how many waits a timed process stands by again, the first time that it cost a time slice. The number doubles
+/// with each further time. More lose punctuality after one disturbance; fewer keep paying for a lasting one.
+const TIMED_RETRY_WAITS_MIN: u32 = 8;
+/// Where the doubling ends. More would make a process miss for minutes that a disturbance is over.
+const TIMED_RETRY_WAITS_MAX: u32 = 4096;
+/// A yield that takes at least this long has run another process's time slice. A smaller value takes ordinary
+/// hand-overs for that; a larger one does not notice.
+const LONG_YIELD: Duration = Duration::from_micros(500);
+/// How often a spinning process checks between two yields. More see a change sooner on a core of its own; fewer waste
+/// less where processes share one.
+const CHECKS_PER_YIELD: u32 = 100;
+/// After how many yields a spinning wait returns to its caller, which may have more to check. More delay that; fewer
+/// cost calls.
+const YIELDS_PER_SPIN: u32 = 100;
+
+impl WaitStrategy {
+    /// For waits that end within microseconds, as in lockstep: yields first, then sleeps.
+    pub fn yielding() -> Self {
+        Self(Kind::Yielding { yields: YIELDS_MAX, waits_until_retry: 0 })
+    }
+
+    /// For waits until a time that is known, as in real time: sleeps, and is awake around that time.
+    ///
+    /// A process that is awake, with warm caches, is one context switch away from its tick. A sleeping one needs an
+    /// interrupt, often the wake-up of an idle core, a context switch, and a start with cold caches.
+    pub fn timed() -> Self {
+        Self(Kind::Timed { waits_until_retry: 0, retry_after: TIMED_RETRY_WAITS_MIN })
+    }
+
+    /// Never sleeps: checks again and again, and yields in between.
+    pub fn spinning() -> Self {
+        Self(Kind::Spinning)
+    }
+
+    /// Whether it never sleeps.
+    pub(crate) fn never_sleeps(&self) -> bool {
+        matches!(self.0, Kind::Spinning)
+    }
+
+    /// Yields until `condition` holds; false when it is time to sleep, or for a spinning process to look around.
+    pub(crate) fn yield_until(&mut self, condition: impl Fn() -> bool) -> bool {
+        if condition() {
+            return true;
+        }
+        match &mut self.0 {
+            Kind::Yielding { yields, waits_until_retry } => {
+                if *yields == 0 {
+                    *waits_until_retry -= 1;
+                    if *waits_until_retry > 0 {
+                        return false;
+                    }
+                    *yields = YIELDS_MAX;
+                }
+                // Halve the yields each time that they do not pay: after a few such waits none are left.
+                let outcome = yield_until(*yields, &condition);
+                let paid = outcome == YieldOutcome::Held;
+                *yields = if paid { (*yields * 2).min(YIELDS_MAX) } else { *yields / 2 };
+                *waits_until_retry = YIELDING_RETRY_WAITS;
+                outcome != YieldOutcome::NotHeld
+            }
+            Kind::Timed { .. } => false,
+            Kind::Spinning => spin_until(condition),
+        }
+    }
+
+    /// The time to stand by for in a wait that begins now and should end at `due`: no time at all while standing by
+    /// does not pay.
+    pub(crate) fn stands_by_for(&mut self, due: Due) -> Due {
+        match &mut self.0 {
+            Kind::Timed { waits_until_retry: 0, .. } => due,
+            Kind::Timed { waits_until_retry, .. } => {
+                *waits_until_retry -= 1;
+                Due::default()
+            }
+            Kind::Yielding { .. } | Kind::Spinning => Due::default(),
+        }
+    }
+
+    /// Yields until `condition` holds, the time around `due` is over, or a yield costs a time slice.
+    pub(crate) fn stand_by(&mut self, due: Due, condition: impl Fn() -> bool) {
+        let Kind::Timed { waits_until_retry, retry_after } = &mut self.0 else { return };
+        let mut now_ns = monotonic_ns();
+        while !condition() && due.until_stand_by(now_ns).is_zero() {
+            yield_now();
+            let then_ns = std::mem::replace(&mut now_ns, monotonic_ns());
+            if now_ns - then_ns > LONG_YIELD.as_nanos() as u64 {
+                *waits_until_retry = *retry_after;
+                *retry_after = (*retry_after * 2).min(TIMED_RETRY_WAITS_MAX);
+                return;
+            }
+        }
+        *retry_after = (*retry_after / 2).max(TIMED_RETRY_WAITS_MIN);
+    }
+
+    /// Waits until `due`, or until `is_over`, which is checked whenever a signal has come.
+    pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool) {
+        let mut standing_by = self.stands_by_for(due);
+        let is_done = || monotonic_ns() >= due.at_ns || is_over();
+        while !is_done() {
+            let now_ns = monotonic_ns();
+            let nap = standing_by.until_stand_by(now_ns);
+            if self.never_sleeps() {
+                yield_now();
+            } else if nap.is_zero() {
+                self.stand_by(standing_by, is_done);
+                standing_by = Due::default();
+            } else {
+                let wake_up = Duration::from_nanos(now_ns).saturating_add(nap);
+                sleep_until(wake_up.min(Duration::from_nanos(due.at_ns)));
+            }
+        }
+    }
+}
+
+/// How many of `processes` share a core of this machine when they are spread evenly.
+pub fn processes_per_core(processes: u32) -> u32 {
+    processes.div_ceil(available_parallelism().map_or(1, |cores| cores.get() as u32))
+}
+
+/// What yielding for a condition brought.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum YieldOutcome {
+    /// The condition held soon: yielding paid.
+    Held,
+    /// It held, but the yields took a time slice or more.
+    HeldLate,
+    /// It did not hold.
+    NotHeld,
+}
+
+/// Yields at most `yields` times, until `condition` holds.
+fn yield_until(yields: u32, condition: impl Fn() -> bool) -> YieldOutcome {
+    let start = Instant::now();
+    let yield_and_check = |_| {
+        yield_now();
+        condition()
+    };
+    match (0..yields).any(yield_and_check) {
+        false => YieldOutcome::NotHeld,
+        true if start.elapsed() < LONG_YIELD => YieldOutcome::Held,
+        true => YieldOutcome::HeldLate,
+    }
+}
+
+/// Checks `condition` for a bounded number of times; returns whether it held.
+fn spin_until(condition: impl Fn() -> bool) -> bool {
+    for _ in 0..YIELDS_PER_SPIN {
+        for _ in 0..CHECKS_PER_YIELD {
+            if condition() {
+                return true;
+            }
+            spin_loop();
+        }
+        yield_now();
+    }
+    false
+}
+
+/// Sleeps until the monotonic clock shows `time`, or until a signal.
+fn sleep_until(time: Duration) {
+    let time = Timespec { tv_sec: time.as_secs().cast_signed(), tv_nsec: i64::from(time.subsec_nanos()) };
+    // A signal ends the sleep early; the caller checks why.
+    let _ = clock_nanosleep_absolute(ClockId::Monotonic, &time);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn yields(strategy: &WaitStrategy) -> u32 {
+        let Kind::Yielding { yields, .. } = strategy.0 else { panic!("{strategy:?} does not yield") };
+        yields
+    }
+
+    #[test]
+    fn yielding_ends_while_it_does_not_pay_and_is_tried_again_later() {
+        let mut strategy = WaitStrategy::yielding();
+        for _ in 0..10 {
+            assert!(!strategy.yield_until(|| false));
+        }
+        assert_eq!(yields(&strategy), 0);
+        let is_tried_again = (0..YIELDING_RETRY_WAITS).any(|_| {
+            strategy.yield_until(|| false);
+            yields(&strategy) > 0
+        });
+        assert!(is_tried_again);
+    }
+
+    #[test]
+    fn a_spinning_process_never_gives_up() {
+        let mut strategy = WaitStrategy::spinning();
+        for _ in 0..10 {
+            assert!(!strategy.yield_until(|| false));
+        }
+        assert!(strategy.never_sleeps() && strategy.yield_until(|| true));
+    }
+
+    #[test]
+    fn the_time_to_stand_by_lies_around_the_due_time() {
+        let due = Due { at_ns: 1000, lead_ns: 200 };
+        let until = |now_ns| due.until_stand_by(now_ns);
+        assert_eq!(until(300), Duration::from_nanos(500));
+        assert_eq!([until(800), until(1000), until(1200)], [Duration::ZERO; 3]);
+        assert_eq!(until(1201), Duration::MAX);
+        assert_eq!(Due { lead_ns: 0, ..due }.until_stand_by(300), Duration::MAX);
+        assert_eq!(Due { at_ns: 1000, lead_ns: 2000 }.until_stand_by(0), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_timed_process_stands_by_for_the_lead_on_both_sides_and_no_longer() {
+        let mut strategy = WaitStrategy::timed();
+        let due = Due { at_ns: monotonic_ns() + 100_000, lead_ns: 200_000 };
+        assert_eq!(strategy.stands_by_for(due), due);
+        assert!(!strategy.yield_until(|| false), "it yielded before it was time");
+        strategy.stand_by(due, || false);
+        let Kind::Timed { waits_until_retry, .. } = strategy.0 else { panic!("{strategy:?}") };
+        assert!(waits_until_retry > 0 || monotonic_ns() > due.at_ns + due.lead_ns);
+    }
+
+    #[test]
+    fn a_timed_process_sleeps_while_yields_give_time_slices_away() {
+        let mut strategy = WaitStrategy::timed();
+        let due = || Due { at_ns: monotonic_ns(), lead_ns: 1_000_000_000 };
+        let steal = || {
+            std::thread::sleep(2 * LONG_YIELD);
+            false
+        };
+        let waits_slept_through = |strategy: &mut WaitStrategy| {
+            (0..2 * TIMED_RETRY_WAITS_MAX)
+                .take_while(|_| strategy.stands_by_for(due()) == Due::default())
+                .count()
+        };
+        for waits in [8, 16, 32] {
+            strategy.stand_by(due(), steal);
+            assert_eq!(waits_slept_through(&mut strategy), waits);
+        }
+        strategy.stand_by(due(), || true);
+        strategy.stand_by(due(), steal);
+        assert_eq!(waits_slept_through(&mut strategy), 32, "one success halves the next pause");
+    }
+
+    #[test]
+    fn a_wait_until_a_due_time_never_ends_early_unless_it_is_called_off() {
+        for mut strategy in [WaitStrategy::timed(), WaitStrategy::spinning()] {
+            for lead_ns in [0, 300_000] {
+                let due = Due { at_ns: monotonic_ns() + 2_000_000, lead_ns };
+                strategy.wait_until(due, || false);
+                assert!(monotonic_ns() >= due.at_ns);
+            }
+            strategy.wait_until(Due { at_ns: u64::MAX, lead_ns: 0 }, || true);
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! Events: what happens now and then in a run and a person wants to read about, such as losses, faults and collisions.
+//!
+//! An event is data: who, with whom, where, which fault. It must never carry a sentence that another process takes
+//! apart. Code that acts on an event reads its fields; code that shows one calls [`Event::text`].
+
+mod text;
+
+use crate::{FlightMode, Part, Tick, UavId};
+use serde::{Deserialize, Serialize};
+
+/// How much an event matters, in the terms of log viewers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// The run goes as planned.
+    Info,
+    /// Something is wrong; the flight goes on.
+    Warning,
+    /// Something happened that must not happen in a good run: a collision, a lost process.
+    Error,
+}
+
+/// What a UAV collided with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Collider {
+    /// Another UAV.
+    Uav(UavId),
+    /// The scenario's obstacle with this index, counted from 0.
+    Obstacle(u32),
+}
+
+/// How a process ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ProcessEnd {
+    /// It exited with this status.
+    Exited(i32),
+    /// This signal killed it.
+    Killed(i32),
+    /// Somebody started it by hand, so the launcher is not its parent and cannot learn its exit status.
+    Unknown,
+}
+
+impl ProcessEnd {
+    /// Whether the process gave up with an error. A successor would run into the same error.
+    pub fn is_failure(self) -> bool {
+        matches!(self, Self::Exited(status) if status != 0)
+    }
+}
+
+/// What the launcher does about a lost process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AfterLoss {
+    /// It starts a new process in the same place.
+    Replaced,
+    /// It starts nothing; the UAV's airframe goes into its failsafe.
+    Failsafe {
+        /// Whether the agent was lost before it was ready to fly.
+        before_flight: bool,
+    },
+}
+
+/// What a process fault does to its target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ProcessAction {
+    /// Sends SIGKILL.
+    Kill {
+        /// Whether the same fault starts a new process later.
+        returns: bool,
+    },
+    /// Sends SIGTERM.
+    Stop,
+    /// Sends SIGSTOP.
+    Freeze,
+    /// Sends SIGCONT.
+    Thaw,
+    /// Starts a new process.
+    Start,
+}
+
+/// Why ticks are missing from the log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GapCause {
+    /// The flight began before the recorder listened.
+    StartedLate,
+    /// An earlier recorder died before it wrote them.
+    LostWithPredecessor,
+    /// The recorder read more slowly than the swarm flew.
+    FellBehind,
+}
+
+/// Something that happened in a run.
+///
+/// A fault's `sentence` is the one that asked for it, in the grammar of the scenario file and of `ringwing fault`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Event {
+    /// A UAV collided with something.
+    Collision {
+        /// The UAV; if two UAVs collided, the one with the lower number.
+        uav: UavId,
+        /// What it collided with.
+        with: Collider,
+        /// Where the UAV was, in the local frame.
+        position_m: [f64; 2],
+    },
+    /// An agent was silent for too long, so its airframe's failsafe took over.
+    Failsafe {
+        /// The UAV.
+        uav: UavId,
+        /// What the failsafe does.
+        mode: FlightMode,
+    },
+    /// A process ended, and no fault of the run had asked for that.
+    ProcessLost {
+        /// The process.
+        part: Part,
+        /// How it ended.
+        end: ProcessEnd,
+        /// What the launcher does about it.
+        then: AfterLoss,
+    },
+    /// A process joined during the flight, and no fault of the run had asked for that.
+    ProcessReady {
+        /// The process.
+        part: Part,
+    },
+    /// A process was frozen (SIGSTOP), and no fault of the run had asked for that.
+    ProcessFrozen {
+        /// The process.
+        part: Part,
+    },
+    /// A frozen process was thawed (SIGCONT), and no fault of the run had asked for that.
+    ProcessThawed {
+        /// The process.
+        part: Part,
+    },
+    /// The launcher killed a process because it did not become ready in time.
+    StartOverdue {
+        /// The process.
+        part: Part,
+    },
+    /// The launcher killed a process because it stayed frozen and the flight cannot go on without it.
+    ThawOverdue {
+        /// The process.
+        part: Part,
+    },
+    /// A process did not answer its tick in time; the flight goes on without it.
+    ProcessSilent {
+        /// The process.
+        part: Part,
+        /// How long the world waited for it, by the wall clock.
+        waited_s: f64,
+    },
+    /// The replacement of a lost process was not ready in time; the flight goes on without it.
+    ReplacementOverdue,
+    /// The recorder stopped reading; the flight goes on, and the log will have a gap.
+    RecorderSilent,
+    /// Ticks are missing from the log.
+    RecorderGap {
+        /// The first missing tick.
+        first_tick: Tick,
+        /// The last missing tick.
+        last_tick: Tick,
+        /// Why they are missing.
+        cause: GapCause,
+    },
+    /// The world could not connect to another process, most often because it ran out of file descriptors.
+    ConnectionsFailed {
+        /// How many of the world's connections have failed in this run.
+        count: u64,
+    },
+    /// The user interrupted the run.
+    RunInterrupted,
+    /// The launcher applied a process fault.
+    ProcessFault {
+        /// The process.
+        part: Part,
+        /// What the launcher did to it.
+        action: ProcessAction,
+        /// The sentence that asked for it.
+        sentence: String,
+    },
+    /// The launcher could not apply a fault.
+    FaultRefused {
+        /// The process that the fault was meant for; `None` if the refusal concerns the sentence as a whole.
+        part: Option<Part>,
+        /// Why not; a predicate of `part` where there is one, such as "is not frozen".
+        why: String,
+        /// The sentence that asked for it.
+        sentence: String,
+    },
+    /// Somebody asked the live run for a fault.
+    FaultRequested {
+        /// The sentence, with its time.
+        sentence: String,
+    },
+    /// The launcher did not report a fault as applied in time; the flight goes on.
+    FaultOverdue,
+    /// A link fault begins.
+    LinkFault {
+        /// The sentence that asked for it.
+        sentence: String,
+    },
+    /// A process begins to answer late.
+    SlowFault {
+        /// The sentence that asked for it.
+        sentence: String,
+    },
+    /// A link fault or a delay of answers ends.
+    FaultHealed {
+        /// The sentence that asked for the fault.
+        sentence: String,
+    },
+}
+
+impl Event {
+    /// The kind of event, as the log names it: `collision`, `process.lost`, `fault.kill`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Collision { .. } => "collision",
+            Self::Failsafe { .. } => "failsafe",
+            Self::ProcessLost { .. } => "process.lost",
+            Self::ProcessReady { .. } => "process.ready",
+            Self::ProcessFrozen { .. } => "process.frozen",
+            Self::ProcessThawed { .. } => "process.thawed",
+            Self::StartOverdue { .. } | Self::ThawOverdue { .. } => "process.overdue",
+            Self::ProcessSilent { .. } | Self::ReplacementOverdue => "process.silent",
+            Self::RecorderSilent => "recorder.silent",
+            Self::RecorderGap { .. } => "recorder.gap",
+            Self::ConnectionsFailed { .. } => "ipc.connection",
+            Self::RunInterrupted => "run.interrupted",
+            Self::ProcessFault { action, .. } => action.event_name(),
+            Self::FaultRefused { .. } => "fault.refused",
+            Self::FaultRequested { .. } => "fault.requested",
+            Self::FaultOverdue => "fault.overdue",
+            Self::LinkFault { .. } => "fault.link",
+            Self::SlowFault { .. } => "fault.slow",
+            Self::FaultHealed { .. } => "fault.healed",
+        }
+    }
+
+    /// How much it matters.
+    pub fn level(&self) -> Level {
+        match self {
+            Self::Collision { .. }
+            | Self::ProcessLost { .. }
+            | Self::StartOverdue { .. }
+            | Self::ThawOverdue { .. }
+            | Self::ConnectionsFailed { .. } => Level::Error,
+            Self::ProcessReady { .. }
+            | Self::ProcessThawed { .. }
+            | Self::ProcessFault { action: ProcessAction::Thaw | ProcessAction::Start, .. }
+            | Self::FaultRequested { .. }
+            | Self::LinkFault { .. }
+            | Self::SlowFault { .. }
+            | Self::FaultHealed { .. } => Level::Info,
+            Self::Failsafe { .. }
+            | Self::ProcessFrozen { .. }
+            | Self::ProcessSilent { .. }
+            | Self::ReplacementOverdue
+            | Self::RecorderSilent
+            | Self::RecorderGap { .. }
+            | Self::RunInterrupted
+            | Self::ProcessFault { .. }
+            | Self::FaultRefused { .. }
+            | Self::FaultOverdue => Level::Warning,
+        }
+    }
+
+    /// Whether scheduling or somebody outside the run decided that it happened, or when: then flying the same scenario
+    /// again does not give the same payloads.
+    ///
+    /// False for whatever happens to the recorder alone: it never changes the flight.
+    pub fn is_by_chance(&self) -> bool {
+        match self {
+            Self::ProcessLost { part, .. }
+            | Self::ProcessReady { part }
+            | Self::ProcessFrozen { part }
+            | Self::ProcessThawed { part }
+            | Self::StartOverdue { part }
+            | Self::ThawOverdue { part }
+            | Self::ProcessSilent { part, .. } => *part != Part::Recorder,
+            // A connection that failed may have cost some receiver its samples.
+            Self::ReplacementOverdue
+            | Self::FaultOverdue
+            | Self::ConnectionsFailed { .. }
+            | Self::RunInterrupted
+            | Self::FaultRequested { .. } => true,
+            // The scenario and its seed decide these, or they leave the flight as it is.
+            Self::Collision { .. }
+            | Self::Failsafe { .. }
+            | Self::RecorderSilent
+            | Self::RecorderGap { .. }
+            | Self::ProcessFault { .. }
+            | Self::FaultRefused { .. }
+            | Self::LinkFault { .. }
+            | Self::SlowFault { .. }
+            | Self::FaultHealed { .. } => false,
+        }
+    }
+
+    /// Whether it may disturb the formation: the time to recover is measured from here.
+    pub fn is_disturbance(&self) -> bool {
+        matches!(
+            self,
+            Self::ProcessFault { .. }
+                | Self::LinkFault { .. }
+                | Self::SlowFault { .. }
+                | Self::ProcessLost { .. }
+                | Self::ProcessFrozen { .. }
+        )
+    }
+
+    /// The longest text in it, for events that have one. Only texts can be too long for a message.
+    pub(crate) fn longest_text_mut(&mut self) -> Option<&mut String> {
+        match self {
+            Self::FaultRefused { why, sentence, .. } => {
+                Some(if why.len() > sentence.len() { why } else { sentence })
+            }
+            Self::ProcessFault { sentence, .. }
+            | Self::FaultRequested { sentence }
+            | Self::LinkFault { sentence }
+            | Self::SlowFault { sentence }
+            | Self::FaultHealed { sentence } => Some(sentence),
+            _ => None,
+        }
+    }
+}
+
+impl ProcessAction {
+    fn event_name(self) -> &'static str {
+        match self {
+            Self::Kill { .. } => "fault.kill",
+            Self::Stop => "fault.stop",
+            Self::Freeze => "fault.freeze",
+            Self::Thaw => "fault.thaw",
+            Self::Start => "fault.start",
+        }
+    }
+}
+
+/// An event with its moment in simulated time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TimedEvent {
+    /// The tick at which it happened.
+    pub tick: Tick,
+    /// What happened.
+    #[serde(flatten)]
+    pub event: Event,
+}
+
+#[cfg(test)]
+mod tests;

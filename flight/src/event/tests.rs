@@ -1,0 +1,132 @@
+use super::*;
+
+const AGENT: Part = Part::Agent(UavId(3));
+
+fn lost(part: Part, end: ProcessEnd, then: AfterLoss) -> Event {
+    Event::ProcessLost { part, end, then }
+}
+
+fn fault(action: ProcessAction, sentence: &str) -> Event {
+    Event::ProcessFault { part: AGENT, action, sentence: sentence.into() }
+}
+
+fn gap(first: i64, last: i64, cause: GapCause) -> Event {
+    Event::RecorderGap { first_tick: Tick(first), last_tick: Tick(last), cause }
+}
+
+fn refused(part: Option<Part>, why: &str) -> Event {
+    Event::FaultRefused { part, why: why.into(), sentence: "thaw uav 3".into() }
+}
+
+/// One event of each kind, with whatever else changes its text or level.
+fn one_of_each() -> Vec<Event> {
+    let (failsafe, early) =
+        (AfterLoss::Failsafe { before_flight: false }, AfterLoss::Failsafe { before_flight: true });
+    let position_m = [1.04, -2.0];
+    let link = || "link 2->3 loss 30 % for 2 s".to_owned();
+    vec![
+        Event::Collision { uav: UavId(3), with: Collider::Uav(UavId(5)), position_m },
+        Event::Collision { uav: UavId(3), with: Collider::Obstacle(1), position_m },
+        Event::Failsafe { uav: UavId(3), mode: FlightMode::LOITER },
+        lost(AGENT, ProcessEnd::Killed(9), failsafe),
+        lost(AGENT, ProcessEnd::Exited(1), early),
+        lost(Part::Leader, ProcessEnd::Exited(0), AfterLoss::Replaced),
+        lost(Part::Recorder, ProcessEnd::Unknown, AfterLoss::Replaced),
+        Event::ProcessReady { part: Part::Leader },
+        Event::ProcessFrozen { part: AGENT },
+        Event::ProcessThawed { part: AGENT },
+        Event::StartOverdue { part: AGENT },
+        Event::ThawOverdue { part: Part::Leader },
+        Event::ProcessSilent { part: AGENT, waited_s: 0.25 },
+        Event::ReplacementOverdue,
+        Event::RecorderSilent,
+        gap(4, 4, GapCause::StartedLate),
+        gap(4, 5, GapCause::LostWithPredecessor),
+        gap(4, 5, GapCause::FellBehind),
+        Event::ConnectionsFailed { count: 2 },
+        Event::RunInterrupted,
+        fault(ProcessAction::Kill { returns: false }, "kill uav 3"),
+        fault(ProcessAction::Stop, "stop uav 3"),
+        fault(ProcessAction::Freeze, "freeze uav 3"),
+        fault(ProcessAction::Thaw, "thaw uav 3"),
+        fault(ProcessAction::Start, "start uav 3"),
+        refused(Some(AGENT), "is not frozen"),
+        refused(None, "there is no uav 9"),
+        Event::FaultRequested { sentence: "at 5 s kill uav 3".into() },
+        Event::FaultOverdue,
+        Event::LinkFault { sentence: link() },
+        Event::SlowFault { sentence: "slow uav 3 by 25 ms".into() },
+        Event::FaultHealed { sentence: link() },
+    ]
+}
+
+/// `!` by chance, `~` a disturbance; then the level, the name and the text.
+fn described(event: &Event) -> String {
+    let chance = if event.is_by_chance() { '!' } else { ' ' };
+    let disturbance = if event.is_disturbance() { '~' } else { ' ' };
+    let text = event.text(|index| format!("obstacle {index}"));
+    format!("{chance}{disturbance}{:?} {}: {text}", event.level(), event.name())
+}
+
+#[test]
+fn every_event_has_its_level_name_and_text() {
+    let expected = "
+         |  Error collision: uav 3 and uav 5 at (1.0, -2.0) m
+         |  Error collision: uav 3 and obstacle 1 at (1.0, -2.0) m
+         |  Warning failsafe: uav 3 flies without its agent: loiter
+         |!~Error process.lost: uav 3 was killed by signal 9; its airframe goes into its failsafe
+         |!~Error process.lost: uav 3 gave up (exit status 1) before the flight; its airframe goes into its failsafe
+         |!~Error process.lost: the leader has left; a new one takes over
+         | ~Error process.lost: the recorder has ended; a new one takes over
+         |! Info process.ready: leader is ready
+         |!~Warning process.frozen: uav 3 is frozen (SIGSTOP)
+         |! Info process.thawed: uav 3 is thawed (SIGCONT)
+         |! Error process.overdue: uav 3 was not ready in time; killed
+         |! Error process.overdue: leader stayed frozen for too long; killed
+         |! Warning process.silent: uav 3 has not answered for 0.2 s; flying on
+         |! Warning process.silent: no replacement was ready in time; flying on
+         |  Warning recorder.silent: the recorder does not fetch what there is; flying on
+         |  Warning recorder.gap: tick 4 was lost before the recorder came
+         |  Warning recorder.gap: ticks 4 to 5 were lost with the recorder's predecessor
+         |  Warning recorder.gap: ticks 4 to 5 were lost, whole or in part: the recorder fell behind
+         |! Error ipc.connection: 2 connections of the world failed; is `ulimit -n` large enough?
+         |! Warning run.interrupted: interrupted; ending the flight (interrupt again to kill it)
+         | ~Warning fault.kill: uav 3 is killed: kill uav 3
+         | ~Warning fault.stop: uav 3 is stopped: stop uav 3
+         | ~Warning fault.freeze: uav 3 is frozen: freeze uav 3
+         | ~Info fault.thaw: uav 3 is thawed: thaw uav 3
+         | ~Info fault.start: uav 3 is started: start uav 3
+         |  Warning fault.refused: uav 3 is not frozen: thaw uav 3
+         |  Warning fault.refused: there is no uav 9: thaw uav 3
+         |! Info fault.requested: at 5 s kill uav 3
+         |! Warning fault.overdue: a fault was not applied in time; flying on
+         | ~Info fault.link: link 2->3 loss 30 % for 2 s
+         | ~Info fault.slow: slow uav 3 by 25 ms
+         |  Info fault.healed: link 2->3 loss 30 % for 2 s";
+    let expected: Vec<&str> =
+        expected.lines().filter_map(|line| line.split_once('|').map(|(_, text)| text)).collect();
+    let described: Vec<String> = one_of_each().iter().map(described).collect();
+    assert_eq!(described, expected);
+}
+
+#[test]
+fn what_happens_to_the_recorder_alone_is_never_by_chance() {
+    for event in [
+        lost(Part::Recorder, ProcessEnd::Killed(9), AfterLoss::Replaced),
+        Event::ProcessReady { part: Part::Recorder },
+        Event::ProcessFrozen { part: Part::Recorder },
+        Event::ProcessThawed { part: Part::Recorder },
+        Event::StartOverdue { part: Part::Recorder },
+        Event::ProcessSilent { part: Part::Recorder, waited_s: 1.0 },
+    ] {
+        assert!(!event.is_by_chance(), "{event:?}");
+    }
+}
+
+#[test]
+fn every_event_arrives_as_it_was_sent() {
+    for event in one_of_each() {
+        let sent = TimedEvent { tick: Tick(7), event };
+        assert_eq!(crate::EventMessage::new(&sent).event(), Some(sent));
+    }
+}

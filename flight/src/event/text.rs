@@ -1,0 +1,97 @@
+//! The sentence that people read about an event, on the terminal and in the log.
+//!
+//! No program may parse these sentences: whatever it needs is in the event's fields.
+
+use super::{AfterLoss, Collider, Event, GapCause, ProcessAction, ProcessEnd};
+use crate::{Part, Tick};
+use std::fmt;
+
+impl Event {
+    /// What happened, without a full stop: `uav 3 and uav 5 at (1.0, -2.0) m`.
+    ///
+    /// `obstacle_name` names the scenario's obstacle with an index counted from 0.
+    pub fn text(&self, obstacle_name: impl Fn(u32) -> String) -> String {
+        match self {
+            Self::Collision { uav, with, position_m: [x, y] } => {
+                let with = match with {
+                    Collider::Uav(other) => other.to_string(),
+                    Collider::Obstacle(index) => obstacle_name(*index),
+                };
+                format!("{uav} and {with} at ({x:.1}, {y:.1}) m")
+            }
+            Self::Failsafe { uav, mode } => format!("{uav} flies without its agent: {}", mode.name()),
+            Self::ProcessLost { part, end, then } => loss_text(*part, *end, *then),
+            Self::ProcessReady { part } => format!("{part} is ready"),
+            Self::ProcessFrozen { part } => format!("{part} is frozen (SIGSTOP)"),
+            Self::ProcessThawed { part } => format!("{part} is thawed (SIGCONT)"),
+            Self::StartOverdue { part } => format!("{part} was not ready in time; killed"),
+            Self::ThawOverdue { part } => format!("{part} stayed frozen for too long; killed"),
+            Self::ProcessSilent { part, waited_s } => {
+                format!("{part} has not answered for {waited_s:.1} s; flying on")
+            }
+            Self::ReplacementOverdue => "no replacement was ready in time; flying on".into(),
+            Self::RecorderSilent => "the recorder does not fetch what there is; flying on".into(),
+            Self::RecorderGap { first_tick, last_tick, cause } => gap_text(*first_tick, *last_tick, *cause),
+            Self::ConnectionsFailed { count } => {
+                format!("{count} connections of the world failed; is `ulimit -n` large enough?")
+            }
+            Self::RunInterrupted => "interrupted; ending the flight (interrupt again to kill it)".into(),
+            Self::ProcessFault { part, action, sentence } => format!("{part} {}: {sentence}", action.done()),
+            Self::FaultRefused { part: Some(part), why, sentence } => format!("{part} {why}: {sentence}"),
+            Self::FaultRefused { part: None, why, sentence } => format!("{why}: {sentence}"),
+            Self::FaultOverdue => "a fault was not applied in time; flying on".into(),
+            Self::FaultRequested { sentence }
+            | Self::LinkFault { sentence }
+            | Self::SlowFault { sentence }
+            | Self::FaultHealed { sentence } => sentence.clone(),
+        }
+    }
+}
+
+fn loss_text(part: Part, end: ProcessEnd, then: AfterLoss) -> String {
+    match then {
+        AfterLoss::Replaced => format!("the {part} {end}; a new one takes over"),
+        AfterLoss::Failsafe { before_flight } => {
+            let when = if before_flight { " before the flight" } else { "" };
+            format!("{part} {end}{when}; its airframe goes into its failsafe")
+        }
+    }
+}
+
+fn gap_text(first: Tick, last: Tick, cause: GapCause) -> String {
+    let ticks = if first == last {
+        format!("{first} was lost")
+    } else {
+        format!("ticks {} to {} were lost", first.0, last.0)
+    };
+    match cause {
+        GapCause::StartedLate => format!("{ticks} before the recorder came"),
+        GapCause::LostWithPredecessor => format!("{ticks} with the recorder's predecessor"),
+        GapCause::FellBehind => format!("{ticks}, whole or in part: the recorder fell behind"),
+    }
+}
+
+/// The predicate of a sentence about the process: `was killed by signal 9`.
+impl fmt::Display for ProcessEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exited(0) => f.write_str("has left"),
+            Self::Exited(status) => write!(f, "gave up (exit status {status})"),
+            Self::Killed(signal) => write!(f, "was killed by signal {signal}"),
+            Self::Unknown => f.write_str("has ended"),
+        }
+    }
+}
+
+impl ProcessAction {
+    /// The predicate of a sentence about the process: `is killed`.
+    pub fn done(self) -> &'static str {
+        match self {
+            Self::Kill { .. } => "is killed",
+            Self::Stop => "is stopped",
+            Self::Freeze => "is frozen",
+            Self::Thaw => "is thawed",
+            Self::Start => "is started",
+        }
+    }
+}

@@ -1,0 +1,397 @@
+//! One tick of the flight as it is measured, shown and logged.
+//!
+//! Live, [`Samples`] collect the payloads of a tick and [`Frame::refill`] makes the frame of them; a log that is read
+//! again makes the same frame of its messages. Must never guess: what was not received is absent.
+
+use super::{links::LinkTotals, ring::FlownRing};
+use nalgebra::Point2;
+use ringwing_flight::{Account, FlightMode, LeaderState, LinkCounts, Sensed, UavId};
+use ringwing_scenario::Scenario;
+
+/// The payloads of one tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Samples {
+    /// The tick.
+    pub tick: i64,
+    /// Each airframe, UAV 1 first; `None` where it has left the sky or its sample was overwritten.
+    pub airframes: Vec<Option<AirframeSample>>,
+    /// What each agent commanded and why, UAV 1 first.
+    pub accounts: Vec<Option<Account>>,
+    /// The virtual leader.
+    pub leader: Option<LeaderState>,
+    /// What became of the samples on links with faults.
+    pub links: Vec<LinkCounts>,
+    /// A sample of an airframe was overwritten before the recorder fetched it.
+    pub torn: bool,
+}
+
+/// What the recorder keeps of one airframe's [`Sensed`], which is much larger.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirframeSample {
+    /// True position.
+    pub position: Point2<f64>,
+    /// Heading from the x axis, counterclockwise.
+    pub heading_rad: f64,
+    /// Speed flown over the last tick.
+    pub speed_m_s: f64,
+    /// Turn rate flown over the last tick.
+    pub turn_rate_rad_s: f64,
+    /// Distance to the centre of the nearest obstacle in sensor range.
+    pub obstacle_distance_m: Option<f64>,
+    /// Who flies it.
+    pub mode: FlightMode,
+}
+
+impl From<&Sensed> for AirframeSample {
+    fn from(sensed: &Sensed) -> Self {
+        let position = Point2::from(sensed.position_m);
+        let distance = |centre: [f64; 2]| (Point2::from(centre) - position).norm();
+        Self {
+            position,
+            heading_rad: sensed.heading_rad,
+            speed_m_s: sensed.speed_m_s,
+            turn_rate_rad_s: sensed.turn_rate_rad_s,
+            obstacle_distance_m: sensed.obstacles().first().map(|obstacle| distance(obstacle.position_m)),
+            mode: sensed.mode,
+        }
+    }
+}
+
+impl Samples {
+    /// Nothing received yet of a swarm of `uavs`.
+    pub fn new(uavs: usize) -> Self {
+        Self {
+            tick: 0,
+            airframes: vec![None; uavs],
+            accounts: vec![None; uavs],
+            leader: None,
+            links: Vec::new(),
+            torn: false,
+        }
+    }
+
+    /// Forgets everything and keeps the memory, ready for `tick`.
+    pub fn restart(&mut self, tick: i64) {
+        self.tick = tick;
+        self.airframes.fill(None);
+        self.accounts.fill(None);
+        self.links.clear();
+        (self.leader, self.torn) = (None, false);
+    }
+}
+
+/// One tick of the flight.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// The tick.
+    pub tick: i64,
+    /// The virtual leader.
+    pub leader: Option<LeaderState>,
+    /// What became of the samples on links with faults, ordered by receiver, then by sender.
+    pub links: Vec<LinkTotals>,
+    /// Each UAV, number 1 first.
+    pub uavs: Vec<UavFrame>,
+    /// Something of this tick was lost.
+    pub torn: bool,
+    /// The ring that the UAVs are measured against.
+    pub ring: FlownRing,
+}
+
+/// One UAV in one tick.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct UavFrame {
+    /// Where it is, unless it has left the sky.
+    pub state: Option<TrueState>,
+    /// What its agent commanded, if it did.
+    pub control: Option<ControlTerms>,
+}
+
+/// Where a UAV truly is, and how far that is from the UAVs and places around it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrueState {
+    /// The UAV's number, from 1.
+    pub uav: u32,
+    /// True position, east.
+    pub x_m: f64,
+    /// True position, north.
+    pub y_m: f64,
+    /// Heading from the x axis, counterclockwise.
+    pub heading_rad: f64,
+    /// Speed flown over the last tick.
+    pub speed_m_s: f64,
+    /// Turn rate flown over the last tick.
+    pub turn_rate_rad_s: f64,
+    /// Distance to the previous ring neighbour, while that one flies.
+    pub previous_distance_m: Option<f64>,
+    /// Distance to the next ring neighbour, while that one flies.
+    pub next_distance_m: Option<f64>,
+    /// Distance to the leader, while there is one.
+    pub leader_distance_m: Option<f64>,
+    /// The slot at the leader's true position, east and north.
+    pub slot_m: Option<[f64; 2]>,
+    /// Distance from that slot.
+    pub slot_error_m: Option<f64>,
+    /// Distance to the centre of the nearest obstacle in sensor range, the d of Eq. (13).
+    pub obstacle_distance_m: Option<f64>,
+    /// Who flies the airframe.
+    pub mode: FlightMode,
+}
+
+impl TrueState {
+    /// True position.
+    pub fn position(&self) -> Point2<f64> {
+        Point2::new(self.x_m, self.y_m)
+    }
+
+    /// Whether its agent flies it, and not its failsafe.
+    pub fn is_commanded(&self) -> bool {
+        self.mode == FlightMode::COMMANDED
+    }
+}
+
+/// What an agent commanded and how that came about.
+///
+/// The terms of `f_i` are rounded to single precision, as the log has them, so that a flight gives the same numbers
+/// live and read again.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ControlTerms {
+    /// `v_i`.
+    pub speed_command_m_s: f64,
+    /// `omega_i`.
+    pub turn_rate_command_rad_s: f64,
+    /// The previous neighbour's term of `f_i`, Eq. (4).
+    pub previous_force_m: [f64; 2],
+    /// The next neighbour's term.
+    pub next_force_m: [f64; 2],
+    /// The formation centre's term.
+    pub centre_force_m: [f64; 2],
+    /// The slot's term.
+    pub slot_force_m: [f64; 2],
+    /// `f_obs`, Eq. (13), in full precision.
+    pub repulsion_m: [f64; 2],
+    /// `F_i`, Eq. (3).
+    pub potential_m2: f64,
+    /// Eq. (12) cut the speed.
+    pub speed_saturated: bool,
+    /// Eq. (12) cut the turn rate.
+    pub turn_rate_saturated: bool,
+    /// Age of the previous neighbour's data when they were used; `None` if none ever arrived.
+    pub previous_age_s: Option<f64>,
+    /// Age of the next neighbour's data.
+    pub next_age_s: Option<f64>,
+    /// Age of the leader's data.
+    pub leader_age_s: Option<f64>,
+    /// How many UAVs the agent holds for alive, itself included.
+    pub living: u32,
+    /// The agent follows the predicted path of a leader that has been silent for longer than the loss timeout.
+    pub leader_silent: bool,
+    /// The slots move to the places that a loss or a return gave them.
+    pub slots_moving: bool,
+    /// Fingerprint of the UAVs that the agent holds for lost: 0 for an empty set, and equal where two agents agree.
+    pub lost_fingerprint: u64,
+}
+
+impl ControlTerms {
+    /// The terms of `account`, at `rate_hz` ticks a second.
+    pub fn of(account: &Account, rate_hz: u32) -> Self {
+        let age_s = |ticks: u32| f64::from(ticks) / f64::from(rate_hz);
+        Self {
+            speed_command_m_s: account.speed_m_s,
+            turn_rate_command_rad_s: account.turn_rate_rad_s,
+            previous_force_m: account.previous_force_m.map(single),
+            next_force_m: account.next_force_m.map(single),
+            centre_force_m: account.centre_force_m.map(single),
+            slot_force_m: account.slot_force_m.map(single),
+            repulsion_m: account.repulsion_m,
+            potential_m2: account.potential_m2,
+            speed_saturated: account.speed_saturated != 0,
+            turn_rate_saturated: account.turn_rate_saturated != 0,
+            previous_age_s: account.previous_age.ticks().map(age_s),
+            next_age_s: account.next_age.ticks().map(age_s),
+            leader_age_s: account.leader_age.ticks().map(age_s),
+            living: account.living,
+            leader_silent: account.leader_silent != 0,
+            slots_moving: account.slots_moving != 0,
+            lost_fingerprint: account.lost_fingerprint,
+        }
+    }
+
+    /// Both neighbours' terms of `f_i`.
+    pub fn neighbour_force_m(&self) -> [f64; 2] {
+        let ([previous_x, previous_y], [next_x, next_y]) = (self.previous_force_m, self.next_force_m);
+        [single(previous_x + next_x), single(previous_y + next_y)]
+    }
+
+    /// The length of `f_obs`.
+    pub fn repulsion_length_m(&self) -> f64 {
+        libm::hypot(self.repulsion_m[0], self.repulsion_m[1])
+    }
+}
+
+/// Rounds a force to single precision: the zeros at its end compress away, which makes the log a third smaller.
+fn single(force_m: f64) -> f64 {
+    f64::from(force_m as f32)
+}
+
+impl Frame {
+    /// A frame of `scenario`'s swarm in which nothing is known yet.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self::blank(0, FlownRing::new(scenario))
+    }
+
+    /// A frame of `tick`, measured against `ring`, in which nothing is known yet.
+    pub(crate) fn blank(tick: i64, ring: FlownRing) -> Self {
+        let uavs = vec![UavFrame::default(); ring.uavs() as usize];
+        Self { tick, leader: None, links: Vec::new(), uavs, torn: false, ring }
+    }
+
+    /// Makes this the frame of `samples`, at `rate_hz` ticks a second.
+    pub fn refill(&mut self, samples: &Samples, rate_hz: u32) {
+        // A torn frame does not show who still flies, so it keeps the ring of the frame before.
+        if !samples.torn {
+            let is_commanded = |airframe: &AirframeSample| airframe.mode == FlightMode::COMMANDED;
+            let airframe = |number: u32| samples.airframes[UavId(number).index()].as_ref();
+            self.ring.follow(|number| airframe(number).is_some_and(is_commanded));
+        }
+        self.tick = samples.tick;
+        self.leader = samples.leader;
+        self.torn = samples.torn;
+        let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();
+        counts.sort_by_key(|counts| (counts.to, counts.from));
+        self.links.clear();
+        self.links.extend(counts.into_iter().map(LinkTotals::from));
+        for (uav, frame) in UavId::all(self.ring.uavs()).zip(&mut self.uavs) {
+            let control =
+                samples.accounts[uav.index()].as_ref().map(|account| ControlTerms::of(account, rate_hz));
+            *frame = UavFrame { state: true_state(uav, samples, &self.ring), control };
+        }
+    }
+
+    /// The state of UAV `number`, if it flies on command.
+    pub fn commanded(&self, number: u32) -> Option<&TrueState> {
+        self.uavs.get(number as usize - 1)?.commanded()
+    }
+
+    /// The states of all UAVs that fly on command.
+    pub(super) fn all_commanded(&self) -> impl Iterator<Item = &TrueState> {
+        self.uavs.iter().filter_map(UavFrame::commanded)
+    }
+
+    /// What the agents of the UAVs that fly on command commanded.
+    pub(super) fn controls(&self) -> impl Iterator<Item = &ControlTerms> {
+        self.uavs.iter().filter(|uav| uav.commanded().is_some()).filter_map(|uav| uav.control.as_ref())
+    }
+}
+
+impl UavFrame {
+    /// Its state, if it flies on command.
+    pub fn commanded(&self) -> Option<&TrueState> {
+        self.state.as_ref().filter(|state| state.is_commanded())
+    }
+}
+
+fn true_state(uav: UavId, samples: &Samples, ring: &FlownRing) -> Option<TrueState> {
+    let airframe = samples.airframes[uav.index()]?;
+    let distance = |place: Point2<f64>| (place - airframe.position).norm();
+    let neighbour =
+        |number: u32| samples.airframes[UavId(number).index()].map(|other| distance(other.position));
+    let [previous, next] = ring.living().neighbours(uav.0);
+    let centre = samples.leader.map(|leader| Point2::from(leader.position_m));
+    let slot = centre.map(|centre| centre + ring.slot_offset(uav));
+    Some(TrueState {
+        uav: uav.0,
+        x_m: airframe.position.x,
+        y_m: airframe.position.y,
+        heading_rad: airframe.heading_rad,
+        speed_m_s: airframe.speed_m_s,
+        turn_rate_rad_s: airframe.turn_rate_rad_s,
+        previous_distance_m: previous.and_then(neighbour),
+        next_distance_m: next.and_then(neighbour),
+        leader_distance_m: centre.map(distance),
+        slot_m: slot.map(Into::into),
+        slot_error_m: slot.map(distance),
+        obstacle_distance_m: airframe.obstacle_distance_m,
+        mode: airframe.mode,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use ringwing_flight::SensedObstacle;
+
+    #[test]
+    fn terms_are_rounded_as_the_log_has_them_and_missing_data_have_no_age() {
+        let third = 1.0 / 3.0;
+        let account = Account {
+            previous_force_m: [third, 0.0],
+            next_force_m: [third, 0.0],
+            repulsion_m: [third, 0.0],
+            ..testing::account(7, 3)
+        };
+        let terms = ControlTerms::of(&account, 100);
+        assert_eq!(terms.previous_force_m[0], f64::from(third as f32));
+        assert_eq!(terms.neighbour_force_m()[0], f64::from((2.0 * f64::from(third as f32)) as f32));
+        assert_eq!(terms.repulsion_length_m(), third);
+        assert_eq!((terms.previous_age_s, terms.leader_age_s), (None, None));
+    }
+
+    #[test]
+    fn a_frame_measures_from_true_places() {
+        let scenario = testing::ring_of(4, 10.0);
+        let radius = scenario.formation().radius_m();
+        let mut samples = Samples::new(4);
+        samples.leader = Some(testing::leader(0, [100.0, 0.0]));
+        // The slot of UAV 1 lies behind the leader.
+        let east = 103.0 - radius;
+        let mut sensed = testing::sensed(0, 1, [east, 4.0]);
+        sensed.obstacle_count = 1;
+        sensed.obstacles[0] = SensedObstacle { position_m: [east, 16.0], ..SensedObstacle::default() };
+        samples.airframes[0] = Some((&sensed).into());
+        samples.airframes[3] = Some((&testing::sensed(0, 4, [east, -2.0])).into());
+        let mut frame = Frame::new(&scenario);
+        frame.refill(&samples, 100);
+        let state = frame.uavs[0].state.unwrap();
+        assert_eq!((state.previous_distance_m, state.next_distance_m), (Some(6.0), None));
+        assert!((state.slot_error_m.unwrap() - 5.0).abs() < 1e-12);
+        assert_eq!(state.obstacle_distance_m, Some(12.0));
+        assert_eq!(state.mode, FlightMode::COMMANDED);
+        assert_eq!((&frame.uavs[1].state, &frame.uavs[0].control), (&None, &None));
+    }
+
+    #[test]
+    fn a_closed_ring_is_that_of_the_uavs_that_fly_on_command() {
+        let mut scenario = testing::ring_of(4, 10.0);
+        scenario.control.ring_closes = true;
+        let mut ring = scenario.whole_ring();
+        ring.reform(|number| number != 2);
+        let mut samples = Samples::new(4);
+        samples.leader = Some(testing::leader(0, [0.0, 0.0]));
+        for number in 1..=4 {
+            let mut sensed = testing::sensed(0, number, ring.slot(number).offset().into());
+            if number == 2 {
+                sensed.mode = FlightMode::LOITER;
+            }
+            samples.airframes[number as usize - 1] = Some((&sensed).into());
+        }
+        let mut frame = Frame::new(&scenario);
+        frame.refill(&samples, 100);
+        for number in [1, 3, 4] {
+            let state = frame.uavs[number - 1].state.as_ref().unwrap();
+            assert!(state.slot_error_m.unwrap() < 1e-9, "{number}");
+            assert!((state.next_distance_m.unwrap() - 10.0).abs() < 1e-9, "{number}");
+        }
+    }
+
+    #[test]
+    fn without_a_leader_there_is_no_slot() {
+        let scenario = testing::ring_of(3, 10.0);
+        let mut samples = Samples::new(3);
+        samples.airframes[1] = Some((&testing::sensed(0, 2, [1.0, 2.0])).into());
+        let mut frame = Frame::new(&scenario);
+        frame.refill(&samples, 100);
+        let state = frame.uavs[1].state.as_ref().unwrap();
+        assert_eq!((state.slot_m, state.slot_error_m, state.leader_distance_m), (None, None, None));
+    }
+}

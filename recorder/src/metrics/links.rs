@@ -1,0 +1,106 @@
+//! What became of the samples on links with faults.
+
+use ringwing_flight::LinkCounts;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What became of the samples of one link: in a frame, since its receiver started; in a summary, in the whole flight.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LinkTotals {
+    /// The link, as fault sentences name it: `2->3`.
+    pub link: String,
+    /// Sent early enough to be used by now.
+    pub offered: u64,
+    /// Used, duplicates included.
+    pub delivered: u64,
+    /// Delivered later than on a link without faults.
+    pub late: u64,
+    /// Lost on the way.
+    pub lost: u64,
+    /// Copies made on the way.
+    pub duplicated: u64,
+    /// On the way at the end, or when their receiver died.
+    pub in_flight: u64,
+}
+
+impl From<&LinkCounts> for LinkTotals {
+    fn from(counts: &LinkCounts) -> Self {
+        Self {
+            link: counts.link(),
+            offered: counts.offered,
+            delivered: counts.delivered,
+            late: counts.late,
+            lost: counts.lost,
+            duplicated: counts.duplicated,
+            in_flight: counts.in_flight,
+        }
+    }
+}
+
+impl LinkTotals {
+    fn add(&mut self, counts: &Self) {
+        self.offered += counts.offered;
+        self.delivered += counts.delivered;
+        self.late += counts.late;
+        self.lost += counts.lost;
+        self.duplicated += counts.duplicated;
+        self.in_flight += counts.in_flight;
+    }
+}
+
+/// Adds up the counts of every link over all its receivers: a restarted agent counts from 0 again.
+#[derive(Debug, Clone, Default)]
+pub(super) struct LinkTally {
+    links: BTreeMap<String, Receivers>,
+}
+
+/// The receivers of one link, one after the other.
+#[derive(Debug, Clone, Default)]
+struct Receivers {
+    /// The last counts of each receiver that has died, added up.
+    before: LinkTotals,
+    /// The last counts of the current one.
+    now: LinkTotals,
+}
+
+impl LinkTally {
+    /// Takes a count.
+    pub(super) fn observe(&mut self, counts: &LinkTotals) {
+        let Receivers { before, now } = self.links.entry(counts.link.clone()).or_default();
+        before.link.clone_from(&counts.link);
+        // The counts of one receiver only grow, so smaller ones come from its successor.
+        if counts.offered < now.offered {
+            before.add(now);
+        }
+        now.clone_from(counts);
+    }
+
+    /// Every link that had faults, in the order of their names.
+    pub(super) fn totals(&self) -> Vec<LinkTotals> {
+        let total = |receivers: &Receivers| {
+            let mut total = receivers.before.clone();
+            total.add(&receivers.now);
+            total
+        };
+        self.links.values().map(total).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counts(offered: u64, lost: u64) -> LinkTotals {
+        LinkTotals { link: "2->3".into(), offered, lost, delivered: offered - lost, ..LinkTotals::default() }
+    }
+
+    #[test]
+    fn the_counts_of_successive_receivers_add_up() {
+        let mut tally = LinkTally::default();
+        for one in [counts(100, 10), counts(200, 30), counts(50, 5), counts(150, 10)] {
+            tally.observe(&one);
+        }
+        let totals = tally.totals();
+        assert_eq!((totals.len(), totals[0].offered, totals[0].lost, totals[0].delivered), (1, 350, 40, 310));
+    }
+}

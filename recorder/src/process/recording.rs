@@ -1,0 +1,322 @@
+//! Everything that is kept of a flight as its frames come: the log, if one is wanted, and always the metrics.
+//!
+//! Must never know where frames come from: the same frames and events give the same log.
+
+use crate::{
+    Metrics, RecorderError,
+    flat::flattened,
+    log::{
+        LogWriter, Opening,
+        gap::{Gap, Gaps},
+        replay::Past,
+        takeover,
+    },
+    metrics::{FlightSummary, Frame, Moment, judge},
+    show::view::Viewer,
+};
+use ringwing_flight::{Event, GapCause, Tick, TickTiming, TimedEvent, WorldReport};
+use ringwing_scenario::RequirementsSection;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::{collections::BTreeMap, path::Path, time::Duration};
+
+/// What the recorder leaves behind when the flight ends, for the verdict.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct RecorderReport {
+    /// The flight in numbers.
+    pub summary: FlightSummary,
+    /// What was lost of it.
+    pub gaps: Vec<Gap>,
+    /// Messages in the log; 0 without one.
+    pub messages: u64,
+    /// Why the log is not whole, if it could not be written to the end.
+    pub problem: Option<String>,
+}
+
+/// A recording that is being made.
+pub(crate) struct Recording {
+    log: Option<LogWriter>,
+    metrics: Metrics,
+    gaps: Gaps,
+    viewer: Viewer,
+    requirements: RequirementsSection,
+    timing: bool,
+    /// Why the ticks before the first frame are missing, if they are.
+    first_cause: GapCause,
+    began: bool,
+    /// Events that are not in the log yet.
+    waiting: Vec<TimedEvent>,
+    /// Events that a predecessor has logged already.
+    logged: Vec<TimedEvent>,
+}
+
+impl Recording {
+    /// Begins the log at `path`, or goes on with that of a recorder that died; without a path, measures alone.
+    ///
+    /// When the flight has not `begun`, a log that holds some of it is another one's.
+    pub(crate) fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
+        let mut past = Past::new(opening.scenario);
+        let log = match path {
+            Some(path) if takeover::is_needed(path) => {
+                Some(takeover::take_over(path, opening, begun, &mut past)?)
+            }
+            Some(path) => Some(LogWriter::create(path, opening)?),
+            None => None,
+        };
+        let first_cause =
+            if past.gaps.expected() > 0 { GapCause::LostWithPredecessor } else { GapCause::StartedLate };
+        let mut recording = Self {
+            log,
+            metrics: past.metrics,
+            gaps: past.gaps,
+            viewer: past.viewer,
+            requirements: opening.scenario.requirements.clone(),
+            timing: opening.timing,
+            first_cause,
+            began: false,
+            waiting: Vec::new(),
+            logged: past.events,
+        };
+        for event in opening.scenario.schedule().announcements() {
+            recording.log_event(event);
+        }
+        Ok(recording)
+    }
+
+    /// The first tick that is still wanted.
+    pub(crate) fn expected(&self) -> i64 {
+        self.gaps.expected()
+    }
+
+    /// The swarm in the last frame, if there was one.
+    pub(crate) fn moment(&self) -> Option<&Moment> {
+        self.began.then(|| self.metrics.moment())
+    }
+
+    /// Takes an event; the log gets it with the frame of its tick, or with the next one if that has passed.
+    pub(crate) fn log_event(&mut self, event: TimedEvent) {
+        // What was sent to a predecessor may arrive once more, and every recorder announces the scenario's faults.
+        if !self.logged.contains(&event) {
+            self.waiting.push(event);
+        }
+    }
+
+    fn log_gap(&mut self, tick: i64, gap: Gap, cause: GapCause) {
+        let (first_tick, last_tick) = (Tick(gap.first_tick), Tick(gap.last_tick));
+        let event = Event::RecorderGap { first_tick, last_tick, cause };
+        self.log_event(TimedEvent { tick: Tick(tick), event });
+    }
+
+    /// Takes the next frame.
+    pub(crate) fn observe(
+        &mut self,
+        frame: &Frame,
+        timing: Option<&TickTiming>,
+    ) -> Result<(), RecorderError> {
+        let cause = if self.began { GapCause::FellBehind } else { self.first_cause };
+        if let Some(gap) = self.gaps.pass(frame.tick, frame.torn) {
+            self.log_gap(frame.tick, gap, cause);
+        }
+        self.began |= !frame.torn;
+        let events = self.take_events(frame.tick);
+        for event in &events {
+            self.metrics.on_event(event);
+            self.viewer.on_event(&event.event);
+        }
+        self.metrics.observe(frame);
+        self.metrics.set_lost(self.gaps.lost());
+        // Without a log nobody looks, and drawing takes longer than measuring.
+        let Some(log) = &mut self.log else { return Ok(()) };
+        self.viewer.observe(frame);
+        let view = self.viewer.view(frame, self.metrics.moment());
+        log.write_frame(frame, timing, &events, &view)
+    }
+
+    /// The events up to `tick`, in order of time.
+    fn take_events(&mut self, tick: i64) -> Vec<TimedEvent> {
+        if self.waiting.is_empty() {
+            return Vec::new();
+        }
+        self.waiting.sort_by_key(|event| event.tick);
+        let due = self.waiting.partition_point(|event| event.tick.0 <= tick);
+        self.waiting.drain(..due).collect()
+    }
+
+    /// Puts everything so far into the file if the last time was more than `period` of wall-clock time ago.
+    pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
+        self.log.as_mut().map_or(Ok(()), |log| log.flush_if_older(period))
+    }
+
+    /// What is known of the flight now.
+    pub(crate) fn report(&self) -> RecorderReport {
+        RecorderReport {
+            summary: self.metrics.summary(),
+            gaps: self.gaps.closed().to_vec(),
+            messages: self.log.as_ref().map_or(0, LogWriter::messages),
+            problem: None,
+        }
+    }
+
+    /// Ends the log with what the `world` saw and how the flight is judged.
+    pub(crate) fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
+        let last_tick = (self.gaps.expected() - 1).max(0);
+        if let Some(gap) = self.gaps.end() {
+            self.log_gap(last_tick, gap, GapCause::FellBehind);
+        }
+        let events = self.take_events(i64::MAX);
+        for event in &events {
+            self.metrics.on_event(event);
+        }
+        let result = self.result(&self.metrics.summary(), world);
+        let Some(log) = &mut self.log else { return Ok(()) };
+        log.write_last_events(last_tick, &events)?;
+        log.finish(result)
+    }
+
+    fn result(&self, summary: &FlightSummary, world: Option<&WorldReport>) -> BTreeMap<String, String> {
+        let collisions = world.map_or(0, |world| world.collisions.len());
+        let violations = judge(&self.requirements, summary, collisions);
+        let verdict = match world {
+            Some(world) if world.complete && violations.is_empty() => "passed",
+            Some(world) if world.complete => "violated",
+            _ => "failed",
+        };
+        let mut result = BTreeMap::from([
+            ("verdict".to_owned(), verdict.to_owned()),
+            ("violations".to_owned(), violations.join("; ")),
+        ]);
+        result.extend(texts("", summary));
+        if let Some(world) = world {
+            result.extend(texts("world.", world));
+        }
+        if !self.timing {
+            result.retain(|key, _| !key.starts_with("world.latency") && key != "world.late_max_us");
+        }
+        result
+    }
+}
+
+/// The numbers and texts of `value` as metadata: each by its path after `prefix`.
+fn texts(prefix: &str, value: &impl Serialize) -> impl Iterator<Item = (String, String)> {
+    let leaves = flattened(&serde_json::to_value(value).unwrap_or_default());
+    leaves.into_iter().map(move |(path, leaf)| {
+        let text = if let Value::String(text) = leaf { text } else { leaf.to_string() };
+        (format!("{prefix}{path}"), text)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        schema::{LoggedEvent, topics},
+        testing::{self, flight, messages, place, ring_of},
+    };
+    use foxglove::messages::Log;
+    use prost::Message;
+    use ringwing_flight::Latency;
+
+    fn lines(path: &Path) -> Vec<(u32, String)> {
+        let seen = messages(&std::fs::read(path).unwrap());
+        let told = seen.iter().filter(|message| message.topic == topics::LOG);
+        told.map(|message| (message.tick, Log::decode(&*message.data).unwrap().message)).skip(1).collect()
+    }
+
+    fn world() -> WorldReport {
+        WorldReport {
+            last_tick: 9,
+            complete: true,
+            payload_hash: "00ff".into(),
+            collisions: Vec::new(),
+            failsafes: 0,
+            refused_commands: 0,
+            reused_commands: 0,
+            missed_deadlines: 0,
+            unanswered_ticks: 0,
+            late_max_us: 0.5,
+            latency: Some(Latency { p50_us: 1.0, p99_us: 2.0, max_us: 3.0 }),
+        }
+    }
+
+    fn healed(tick: i64, sentence: &str) -> TimedEvent {
+        TimedEvent { tick: Tick(tick), event: Event::FaultHealed { sentence: sentence.into() } }
+    }
+
+    #[test]
+    fn events_are_logged_at_their_tick_for_programs_and_for_viewers() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut recording = testing::recording(&path, &scenario);
+        for (tick, text) in [(5, "later"), (2, "sooner"), (30, "after the end")] {
+            recording.log_event(healed(tick, text));
+        }
+        testing::observe(&mut recording, &flight(&scenario, 0..10));
+        recording.finish(None).unwrap();
+        assert_eq!(lines(&path), [(2, "sooner".into()), (5, "later".into()), (9, "after the end".into())]);
+        let seen = messages(&std::fs::read(path).unwrap());
+        let events = seen.iter().filter(|message| message.topic == topics::EVENTS);
+        let events: Vec<_> = events.map(|message| LoggedEvent::decode(&*message.data).unwrap()).collect();
+        assert_eq!(events.iter().map(|event| event.tick).collect::<Vec<_>>(), [2, 5, 30]);
+        assert_eq!(events[0].event(), Some(healed(2, "sooner")));
+    }
+
+    #[test]
+    fn a_successor_does_not_log_an_event_again() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut first = testing::recording(&path, &scenario);
+        first.log_event(healed(2, "link 1->2 hold"));
+        testing::observe(&mut first, &flight(&scenario, 0..51));
+        std::mem::forget(first);
+        let mut second = testing::recording(&path, &scenario);
+        second.log_event(healed(2, "link 1->2 hold"));
+        testing::observe(&mut second, &flight(&scenario, 50..60));
+        second.finish(None).unwrap();
+        assert_eq!(lines(&path), [(2, "link 1->2 hold".into())]);
+    }
+
+    #[test]
+    fn lost_ticks_are_counted_and_told_once() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut recording = testing::recording(&path, &scenario);
+        let mut frames = [flight(&scenario, 1..4), flight(&scenario, 6..9)].concat();
+        frames[4].torn = true;
+        testing::observe(&mut recording, &frames);
+        recording.finish(None).unwrap();
+        assert_eq!((recording.report().summary.ticks_lost, recording.report().gaps.len()), (4, 3));
+        let expected = [
+            (1, "tick 0 was lost before the recorder came"),
+            (6, "ticks 4 to 5 were lost, whole or in part: the recorder fell behind"),
+            (8, "tick 7 was lost, whole or in part: the recorder fell behind"),
+        ];
+        assert_eq!(lines(&path), expected.map(|(tick, text)| (tick, text.to_owned())));
+    }
+
+    #[test]
+    fn the_result_holds_no_wall_clock_without_timing() {
+        let scenario = ring_of(3, 40.0);
+        for timing in [false, true] {
+            let opening = Opening { timing, ..testing::opening(&scenario) };
+            let recording = Recording::begin(None, &opening, false).unwrap();
+            let result = recording.result(&FlightSummary::default(), Some(&world()));
+            assert_eq!(
+                (result["verdict"].as_str(), result["world.payload_hash"].as_str()),
+                ("passed", "00ff")
+            );
+            assert_eq!(result.contains_key("world.latency.p50_us"), timing);
+            assert_eq!(result.contains_key("world.late_max_us"), timing);
+            assert!(!result.contains_key("settling_s"));
+        }
+    }
+
+    #[test]
+    fn without_a_log_the_flight_is_measured_all_the_same() {
+        let scenario = ring_of(3, 40.0);
+        let mut recording = Recording::begin(None, &testing::opening(&scenario), false).unwrap();
+        testing::observe(&mut recording, &flight(&scenario, 0..10));
+        recording.finish(Some(&world())).unwrap();
+        let report = recording.report();
+        assert_eq!((report.summary.ticks, report.messages, report.problem), (10, 0, None));
+    }
+}

@@ -1,0 +1,151 @@
+//! The messages about the run as a whole: `/faults`, `/links` and `/timing`.
+
+use crate::metrics::LinkTotals;
+use ringwing_flight::TickTiming;
+
+/// Everything that is wrong, on change and each second: `/faults`.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct Faults {
+    /// The tick from which on this is so.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// Processes that are gone and not replaced.
+    #[prost(uint32, tag = "2")]
+    pub lost: u32,
+    /// Processes that are stopped.
+    #[prost(uint32, tag = "3")]
+    pub frozen: u32,
+    /// Airframes that fly, or flew out of the sky, without their agent.
+    #[prost(uint32, tag = "4")]
+    pub failsafe: u32,
+    /// UAVs that ever ran into something.
+    #[prost(uint32, tag = "5")]
+    pub collided: u32,
+    /// All of it in one line; `none` when nothing is wrong.
+    #[prost(string, tag = "6")]
+    pub summary: String,
+    /// Who is lost.
+    #[prost(string, repeated, tag = "7")]
+    pub lost_names: Vec<String>,
+    /// Who is frozen.
+    #[prost(string, repeated, tag = "8")]
+    pub frozen_names: Vec<String>,
+    /// Who is in its failsafe.
+    #[prost(string, repeated, tag = "9")]
+    pub failsafe_names: Vec<String>,
+    /// Who has collided.
+    #[prost(string, repeated, tag = "10")]
+    pub collided_names: Vec<String>,
+    /// Faults in force that somebody asked for: of links, and of processes that answer late.
+    #[prost(uint32, tag = "11")]
+    pub asked: u32,
+    /// Each as the sentence that asked for it.
+    #[prost(string, repeated, tag = "12")]
+    pub asked_sentences: Vec<String>,
+}
+
+/// Counts of the samples of one link since its receiver started, once a second while the link has faults: `/links`.
+///
+/// `offered + duplicated = delivered + lost + in_flight`.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct LinkCounts {
+    /// The tick of this count.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// The link, as fault sentences name it: `2->3`.
+    #[prost(string, tag = "2")]
+    pub link: String,
+    /// Sent early enough to be used by now.
+    #[prost(uint64, tag = "3")]
+    pub offered: u64,
+    /// Used, duplicates included.
+    #[prost(uint64, tag = "4")]
+    pub delivered: u64,
+    /// Delivered later than on a link without faults.
+    #[prost(uint64, tag = "5")]
+    pub late: u64,
+    /// Lost on the way.
+    #[prost(uint64, tag = "6")]
+    pub lost: u64,
+    /// Copies made on the way.
+    #[prost(uint64, tag = "7")]
+    pub duplicated: u64,
+    /// On the way now.
+    #[prost(uint64, tag = "8")]
+    pub in_flight: u64,
+}
+
+impl LinkCounts {
+    /// The message about `counts` of `tick`.
+    pub(crate) fn of(tick: i64, counts: &LinkTotals) -> Self {
+        Self {
+            tick,
+            link: counts.link.clone(),
+            offered: counts.offered,
+            delivered: counts.delivered,
+            late: counts.late,
+            lost: counts.lost,
+            duplicated: counts.duplicated,
+            in_flight: counts.in_flight,
+        }
+    }
+
+    /// The counts in this message.
+    pub(crate) fn counts(self) -> LinkTotals {
+        let Self { tick: _, link, offered, delivered, late, lost, duplicated, in_flight } = self;
+        LinkTotals { link, offered, delivered, late, lost, duplicated, in_flight }
+    }
+}
+
+/// How long a tick took and where, by the wall clock, every tick: `/timing`.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct Timing {
+    /// The tick.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// From the opening of the tick to the last answer.
+    #[prost(double, tag = "2")]
+    pub round_trip_us: f64,
+    /// From the opening to the moment the last agent saw it.
+    #[prost(double, tag = "3")]
+    pub wake_us: f64,
+    /// The longest an agent took to read its inputs.
+    #[prost(double, tag = "4")]
+    pub read_us: f64,
+    /// The longest an agent took to compute and publish.
+    #[prost(double, tag = "5")]
+    pub compute_us: f64,
+    /// The longest from an agent's answer to the world's reading it.
+    #[prost(double, tag = "6")]
+    pub return_us: f64,
+    /// How late the tick was opened against its deadline.
+    #[prost(double, tag = "7")]
+    pub late_us: f64,
+    /// Airframes whose command of this tick arrived in time.
+    #[prost(uint32, tag = "8")]
+    pub answered: u32,
+    /// Airframes that flew on an older command.
+    #[prost(uint32, tag = "9")]
+    pub reused: u32,
+    /// Deadlines missed by a whole period or more.
+    #[prost(uint32, tag = "10")]
+    pub missed_deadlines: u32,
+}
+
+impl From<&TickTiming> for Timing {
+    fn from(timing: &TickTiming) -> Self {
+        let us = |ns: u64| ns as f64 / 1e3;
+        Self {
+            tick: timing.tick,
+            round_trip_us: us(timing.round_trip_ns),
+            wake_us: us(timing.wake_ns),
+            read_us: us(timing.read_ns),
+            compute_us: us(timing.compute_ns),
+            return_us: us(timing.return_ns),
+            late_us: us(timing.late_ns),
+            answered: timing.answered,
+            reused: timing.reused,
+            missed_deadlines: timing.missed_deadlines,
+        }
+    }
+}

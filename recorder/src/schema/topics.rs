@@ -1,0 +1,108 @@
+//! The topics of the log, each named once: for the writer, the replay, the panels and whoever reads a log.
+
+/// Events with their fields, for programs.
+pub const EVENTS: &str = "/events";
+/// What is wrong at the moment.
+pub const FAULTS: &str = "/faults";
+/// Where on the earth the leader is.
+pub const LEADER_FIX: &str = "/geo/leader";
+/// The UAVs on the map.
+pub const MAP: &str = "/geo/uavs";
+/// The leader's position and heading.
+pub const LEADER_POSE: &str = "/leader/pose";
+/// Counts of the samples on links with faults.
+pub const LINKS: &str = "/links";
+/// Events as sentences, for viewers.
+pub const LOG: &str = "/log";
+/// The slots and the circle of the formation, in 3D.
+pub const FORMATION_SCENE: &str = "/scene/formation";
+/// The obstacles, in 3D.
+pub const OBSTACLE_SCENE: &str = "/scene/obstacles";
+/// The links of the ring, in 3D.
+pub const RING_SCENE: &str = "/scene/ring";
+/// The trails of the UAVs, in 3D.
+pub const TRAIL_SCENE: &str = "/scene/trails";
+/// The UAVs, in 3D.
+pub const UAV_SCENE: &str = "/scene/uavs";
+/// The metrics of the moment.
+pub const SWARM_METRICS: &str = "/swarm/metrics";
+/// Every UAV in one message.
+pub const SWARM_STATE: &str = "/swarm/state";
+/// The coordinate frames.
+pub const TRANSFORMS: &str = "/tf";
+/// How long each tick took, by the wall clock.
+pub const TIMING: &str = "/timing";
+
+/// All topics but those of single UAVs, in the order in which the log has its channels.
+pub const ALL: [&str; 16] = [
+    EVENTS,
+    FAULTS,
+    LEADER_FIX,
+    MAP,
+    LEADER_POSE,
+    LINKS,
+    LOG,
+    FORMATION_SCENE,
+    OBSTACLE_SCENE,
+    RING_SCENE,
+    TRAIL_SCENE,
+    UAV_SCENE,
+    SWARM_METRICS,
+    SWARM_STATE,
+    TRANSFORMS,
+    TIMING,
+];
+
+/// What the topic of a single UAV is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum UavTopic {
+    /// What its agent commanded: `/uav/001/control`.
+    Control,
+    /// Where it is: `/uav/001/state`.
+    State,
+}
+
+impl UavTopic {
+    /// The topic of UAV number `uav` in a swarm of `uavs`.
+    pub fn name(self, uav: u32, uavs: u32) -> String {
+        format!("/uav/{}/{}", padded(uav, uavs), self.suffix())
+    }
+
+    /// What `topic` is about, if it is one of a single UAV.
+    pub fn parse(topic: &str) -> Option<Self> {
+        let (_number, suffix) = topic.strip_prefix("/uav/")?.split_once('/')?;
+        [Self::Control, Self::State].into_iter().find(|kind| kind.suffix() == suffix)
+    }
+
+    fn suffix(self) -> &'static str {
+        match self {
+            Self::Control => "control",
+            Self::State => "state",
+        }
+    }
+}
+
+/// The number of a UAV with leading zeros, so that names in a swarm of `uavs` sort by number.
+pub(crate) fn padded(uav: u32, uavs: u32) -> String {
+    let width = uavs.to_string().len().max(3);
+    format!("{uav:0width$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_sort_in_the_order_of_their_channels() {
+        assert!(ALL.is_sorted() && ALL[15] < UavTopic::Control.name(1, 6).as_str());
+        assert!(UavTopic::State.name(9, 1000) < UavTopic::Control.name(10, 1000));
+    }
+
+    #[test]
+    fn a_uav_topic_says_what_it_is_about() {
+        assert_eq!(UavTopic::State.name(7, 999), "/uav/007/state");
+        assert_eq!(UavTopic::Control.name(7, 1000), "/uav/0007/control");
+        assert_eq!(UavTopic::parse("/uav/0007/control"), Some(UavTopic::Control));
+        assert_eq!((UavTopic::parse("/uav/007/trail"), UavTopic::parse("/tf")), (None, None));
+    }
+}

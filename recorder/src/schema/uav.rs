@@ -1,0 +1,274 @@
+//! The messages about one UAV, every tick: `/uav/001/state` and `/uav/001/control`.
+//!
+//! A frame that is read back from these messages equals the one that was written, to the bit.
+
+use crate::metrics::{ControlTerms, TrueState};
+use ringwing_flight::FlightMode;
+
+/// Where a UAV is and how it flies, every tick: `/uav/001/state`.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct UavState {
+    /// The tick; simulated time is tick / rate.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// The UAV's number, from 1.
+    #[prost(uint32, tag = "2")]
+    pub uav: u32,
+    /// True position, east.
+    #[prost(double, tag = "3")]
+    pub x_m: f64,
+    /// True position, north.
+    #[prost(double, tag = "4")]
+    pub y_m: f64,
+    /// Heading from the x axis, counterclockwise.
+    #[prost(double, tag = "5")]
+    pub heading_rad: f64,
+    /// Speed flown over the last tick.
+    #[prost(double, tag = "6")]
+    pub speed_m_s: f64,
+    /// Turn rate flown over the last tick.
+    #[prost(double, tag = "7")]
+    pub turn_rate_rad_s: f64,
+    /// True distance to the ring neighbour before, while that one flies.
+    #[prost(double, optional, tag = "8")]
+    pub previous_distance_m: Option<f64>,
+    /// True distance to the ring neighbour after, while that one flies.
+    #[prost(double, optional, tag = "9")]
+    pub next_distance_m: Option<f64>,
+    /// True distance to the leader, while there is one.
+    #[prost(double, optional, tag = "10")]
+    pub leader_distance_m: Option<f64>,
+    /// The slot that the law gives it at the leader's true position, east.
+    #[prost(double, optional, tag = "11")]
+    pub slot_x_m: Option<f64>,
+    /// The same, north.
+    #[prost(double, optional, tag = "12")]
+    pub slot_y_m: Option<f64>,
+    /// Distance from that slot.
+    #[prost(double, optional, tag = "13")]
+    pub slot_error_m: Option<f64>,
+    /// Distance to the centre of the nearest obstacle sensed, the d of Eq. (13).
+    #[prost(double, optional, tag = "14")]
+    pub obstacle_distance_m: Option<f64>,
+    /// Who flies the airframe: `commanded`, or the failsafe's name.
+    #[prost(string, tag = "15")]
+    pub mode: String,
+}
+
+/// What an agent asked of its airframe and how that came about, every tick: `/uav/001/control`.
+///
+/// The terms of `f_i` are rounded to single precision; commands, repulsion and potential are as they were, to the bit.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+#[expect(clippy::struct_excessive_bools, reason = "each is told for itself, as viewers plot it")]
+pub struct UavControl {
+    /// The tick whose senses it answers.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// The UAV's number, from 1.
+    #[prost(uint32, tag = "2")]
+    pub uav: u32,
+    /// `v_i`.
+    #[prost(double, tag = "3")]
+    pub speed_command_m_s: f64,
+    /// `omega_i`.
+    #[prost(double, tag = "4")]
+    pub turn_rate_command_rad_s: f64,
+    /// Both neighbours' terms of `f_i`, Eq. (4), east.
+    #[prost(double, tag = "5")]
+    pub neighbour_force_x_m: f64,
+    /// The same, north.
+    #[prost(double, tag = "6")]
+    pub neighbour_force_y_m: f64,
+    /// The neighbour before alone, east.
+    #[prost(double, tag = "7")]
+    pub previous_force_x_m: f64,
+    /// The same, north.
+    #[prost(double, tag = "8")]
+    pub previous_force_y_m: f64,
+    /// The neighbour after alone, east.
+    #[prost(double, tag = "9")]
+    pub next_force_x_m: f64,
+    /// The same, north.
+    #[prost(double, tag = "10")]
+    pub next_force_y_m: f64,
+    /// The formation centre's term of `f_i`, east.
+    #[prost(double, tag = "11")]
+    pub centre_force_x_m: f64,
+    /// The same, north.
+    #[prost(double, tag = "12")]
+    pub centre_force_y_m: f64,
+    /// The slot's term of `f_i`, east.
+    #[prost(double, tag = "13")]
+    pub slot_force_x_m: f64,
+    /// The same, north.
+    #[prost(double, tag = "14")]
+    pub slot_force_y_m: f64,
+    /// `f_obs`, Eq. (13), east.
+    #[prost(double, tag = "15")]
+    pub repulsion_x_m: f64,
+    /// The same, north.
+    #[prost(double, tag = "16")]
+    pub repulsion_y_m: f64,
+    /// Its length.
+    #[prost(double, tag = "17")]
+    pub repulsion_m: f64,
+    /// `F_i`, Eq. (3).
+    #[prost(double, tag = "18")]
+    pub potential_m2: f64,
+    /// Eq. (12) cut the speed.
+    #[prost(bool, tag = "19")]
+    pub speed_saturated: bool,
+    /// Eq. (12) cut the turn rate.
+    #[prost(bool, tag = "20")]
+    pub turn_rate_saturated: bool,
+    /// Age of the data of the neighbour before when they were used; none if it was never heard.
+    #[prost(double, optional, tag = "21")]
+    pub previous_age_s: Option<f64>,
+    /// The same of the neighbour after.
+    #[prost(double, optional, tag = "22")]
+    pub next_age_s: Option<f64>,
+    /// The same of the leader.
+    #[prost(double, optional, tag = "23")]
+    pub leader_age_s: Option<f64>,
+    /// How many UAVs it holds for living, itself among them.
+    #[prost(uint32, tag = "24")]
+    pub living: u32,
+    /// Goes on along the path of a leader that it has not heard for longer than the loss timeout.
+    #[prost(bool, tag = "25")]
+    pub leader_silent: bool,
+    /// The slots move to the places that a loss or a return gave them.
+    #[prost(bool, tag = "26")]
+    pub slots_moving: bool,
+    /// Stands for those whom it holds for lost: 0 for none, and equal where two UAVs agree.
+    #[prost(uint64, tag = "27")]
+    pub lost_fingerprint: u64,
+}
+
+impl UavState {
+    /// The message about `state` at `tick`.
+    pub(crate) fn of(tick: i64, state: &TrueState) -> Self {
+        Self {
+            tick,
+            uav: state.uav,
+            x_m: state.x_m,
+            y_m: state.y_m,
+            heading_rad: state.heading_rad,
+            speed_m_s: state.speed_m_s,
+            turn_rate_rad_s: state.turn_rate_rad_s,
+            previous_distance_m: state.previous_distance_m,
+            next_distance_m: state.next_distance_m,
+            leader_distance_m: state.leader_distance_m,
+            slot_x_m: state.slot_m.map(|[x, _]| x),
+            slot_y_m: state.slot_m.map(|[_, y]| y),
+            slot_error_m: state.slot_error_m,
+            obstacle_distance_m: state.obstacle_distance_m,
+            mode: state.mode.name().into(),
+        }
+    }
+
+    /// The state in this message.
+    pub(crate) fn state(&self) -> TrueState {
+        TrueState {
+            uav: self.uav,
+            x_m: self.x_m,
+            y_m: self.y_m,
+            heading_rad: self.heading_rad,
+            speed_m_s: self.speed_m_s,
+            turn_rate_rad_s: self.turn_rate_rad_s,
+            previous_distance_m: self.previous_distance_m,
+            next_distance_m: self.next_distance_m,
+            leader_distance_m: self.leader_distance_m,
+            slot_m: self.slot_x_m.zip(self.slot_y_m).map(Into::into),
+            slot_error_m: self.slot_error_m,
+            obstacle_distance_m: self.obstacle_distance_m,
+            mode: FlightMode::from_name(&self.mode),
+        }
+    }
+}
+
+impl UavControl {
+    /// The message about what the agent of UAV number `uav` commanded at `tick`.
+    pub(crate) fn of(tick: i64, uav: u32, control: &ControlTerms) -> Self {
+        let [neighbour_force_x_m, neighbour_force_y_m] = control.neighbour_force_m();
+        let [previous_force_x_m, previous_force_y_m] = control.previous_force_m;
+        let [next_force_x_m, next_force_y_m] = control.next_force_m;
+        let [centre_force_x_m, centre_force_y_m] = control.centre_force_m;
+        let [slot_force_x_m, slot_force_y_m] = control.slot_force_m;
+        let [repulsion_x_m, repulsion_y_m] = control.repulsion_m;
+        Self {
+            tick,
+            uav,
+            speed_command_m_s: control.speed_command_m_s,
+            turn_rate_command_rad_s: control.turn_rate_command_rad_s,
+            neighbour_force_x_m,
+            neighbour_force_y_m,
+            previous_force_x_m,
+            previous_force_y_m,
+            next_force_x_m,
+            next_force_y_m,
+            centre_force_x_m,
+            centre_force_y_m,
+            slot_force_x_m,
+            slot_force_y_m,
+            repulsion_x_m,
+            repulsion_y_m,
+            repulsion_m: control.repulsion_length_m(),
+            potential_m2: control.potential_m2,
+            speed_saturated: control.speed_saturated,
+            turn_rate_saturated: control.turn_rate_saturated,
+            previous_age_s: control.previous_age_s,
+            next_age_s: control.next_age_s,
+            leader_age_s: control.leader_age_s,
+            living: control.living,
+            leader_silent: control.leader_silent,
+            slots_moving: control.slots_moving,
+            lost_fingerprint: control.lost_fingerprint,
+        }
+    }
+
+    /// What this message says that the agent commanded.
+    pub(crate) fn terms(&self) -> ControlTerms {
+        ControlTerms {
+            speed_command_m_s: self.speed_command_m_s,
+            turn_rate_command_rad_s: self.turn_rate_command_rad_s,
+            previous_force_m: [self.previous_force_x_m, self.previous_force_y_m],
+            next_force_m: [self.next_force_x_m, self.next_force_y_m],
+            centre_force_m: [self.centre_force_x_m, self.centre_force_y_m],
+            slot_force_m: [self.slot_force_x_m, self.slot_force_y_m],
+            repulsion_m: [self.repulsion_x_m, self.repulsion_y_m],
+            potential_m2: self.potential_m2,
+            speed_saturated: self.speed_saturated,
+            turn_rate_saturated: self.turn_rate_saturated,
+            previous_age_s: self.previous_age_s,
+            next_age_s: self.next_age_s,
+            leader_age_s: self.leader_age_s,
+            living: self.living,
+            leader_silent: self.leader_silent,
+            slots_moving: self.slots_moving,
+            lost_fingerprint: self.lost_fingerprint,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn a_frame_comes_back_from_its_messages_to_the_bit() {
+        let frame = testing::flight(&testing::ring_of(5, 40.0), 7..8).remove(0);
+        for uav in &frame.uavs {
+            let (state, control) = (uav.state.unwrap(), uav.control.unwrap());
+            assert_eq!(UavState::of(7, &state).state(), state);
+            assert_eq!(UavControl::of(7, state.uav, &control).terms(), control);
+        }
+    }
+
+    #[test]
+    fn the_length_of_the_repulsion_is_logged_with_it() {
+        let control = ControlTerms { repulsion_m: [3.0, -4.0], ..ControlTerms::default() };
+        let message = UavControl::of(7, 3, &control);
+        assert_eq!((message.tick, message.uav, message.repulsion_m), (7, 3, 5.0));
+    }
+}

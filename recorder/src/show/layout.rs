@@ -1,0 +1,63 @@
+//! The panels for viewing a log, made for its scenario, in Foxglove's legacy layout, which its open forks import too.
+//!
+//! Never refers to a topic that the log does not have. Swarms above [`LISTED_UAVS`] are shown by a selection of UAVs and by
+//! their metrics.
+
+mod panel;
+mod plots;
+mod space;
+mod tabs;
+
+use crate::schema::topics::UavTopic;
+use panel::Panels;
+use ringwing_scenario::Scenario;
+use serde_json::json;
+
+/// Largest swarm whose UAVs are all plotted. Viewers become slow with more lines, and legends longer than the plot.
+const LISTED_UAVS: u32 = 32;
+/// Number of UAVs plotted of a larger swarm, as many as have distinct colours.
+const SELECTED_UAVS: u32 = 8;
+
+/// The layout for the log of `scenario` as JSON; `timing` tells whether the log holds wall-clock times.
+pub(crate) fn render(scenario: &Scenario, timing: bool) -> String {
+    let mut panels = Panels::default();
+    let shown = ShownLog::of(scenario, timing);
+    let tabs = tabs::all(&shown, &mut panels);
+    let root = panels.add("Tab", &scenario.name, json!({ "activeTabIdx": 0, "tabs": tabs }));
+    let layout = json!({
+        "configById": panels.into_configs(),
+        "globalVariables": {},
+        "userNodes": {},
+        "playbackConfig": { "speed": 1.0 },
+        "layout": root,
+    });
+    format!("{layout}\n")
+}
+
+/// What the layout shows.
+struct ShownLog<'a> {
+    scenario: &'a Scenario,
+    timing: bool,
+    /// Numbers of the UAVs that are plotted one by one.
+    uavs: Vec<u32>,
+}
+
+impl<'a> ShownLog<'a> {
+    fn of(scenario: &'a Scenario, timing: bool) -> Self {
+        let count = scenario.formation.uavs;
+        let uavs = if count <= LISTED_UAVS {
+            (1..=count).collect()
+        } else {
+            (0..SELECTED_UAVS).map(|part| 1 + part * count / SELECTED_UAVS).collect()
+        };
+        Self { scenario, timing, uavs }
+    }
+
+    /// The topic of this `kind` of UAV `uav`.
+    fn topic(&self, uav: u32, kind: UavTopic) -> String {
+        kind.name(uav, self.scenario.formation.uavs)
+    }
+}
+
+#[cfg(test)]
+mod tests;

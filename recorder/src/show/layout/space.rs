@@ -1,0 +1,122 @@
+//! The 3D panels and the map.
+
+use super::{ShownLog, panel::Panels};
+use crate::{schema::topics, show::palette};
+use ringwing_scenario::{ObstacleSection, Scenario};
+use serde_json::{Map, Value, json};
+
+/// Topics of the 3D panel. Viewers hide topics that a layout does not list.
+const SCENES: [&str; 5] = [
+    topics::FORMATION_SCENE,
+    topics::OBSTACLE_SCENE,
+    topics::RING_SCENE,
+    topics::TRAIL_SCENE,
+    topics::UAV_SCENE,
+];
+/// Most lines of the grid in each direction. More lines hide what lies on them.
+const GRID_LINES: f64 = 120.0;
+
+/// A 3D panel that follows the swarm, seen from behind and above.
+pub(super) fn following(shown: &ShownLog, panels: &mut Panels) -> Value {
+    let radius = shown.scenario.formation().radius_m();
+    // Far enough that the whole ring fits, with a margin for small rings.
+    let camera = camera(radius.mul_add(3.6, 40.0), 42.0, [0.0, 0.0]);
+    let config = config(shown.scenario, "leader", "follow-position", &camera);
+    panels.add("3D", "The swarm, following its leader", config)
+}
+
+/// A 3D panel that looks down on an obstacle from straight above.
+pub(super) fn above_obstacle(obstacle: &ObstacleSection, shown: &ShownLog, panels: &mut Panels) -> Value {
+    let camera = camera(4.5 * obstacle.braking_distance_m, 0.0, obstacle.position_m);
+    let config = config(shown.scenario, "map", "follow-none", &camera);
+    panels.add("3D", &format!("{} from above", obstacle.name), config)
+}
+
+/// The map panel, which follows the leader.
+pub(super) fn map(panels: &mut Panels) -> Value {
+    let config = json!({
+        "disabledTopics": [],
+        "followTopic": topics::LEADER_FIX,
+        "layer": "map",
+        "customTileUrl": "",
+        "topicColors": { topics::LEADER_FIX: palette::ALARM.hex() },
+        "zoomLevel": 16,
+        "maxNativeZoom": 18,
+    });
+    panels.add("map", "Map (tiles need a network connection)", config)
+}
+
+/// A camera `distance_m` from `[x, y]`; without a tilt it looks straight down, north up, without perspective.
+fn camera(distance_m: f64, tilt_deg: f64, [x, y]: [f64; 2]) -> Value {
+    json!({
+        "perspective": tilt_deg > 0.0,
+        "distance": distance_m,
+        "phi": tilt_deg,
+        "thetaOffset": if tilt_deg > 0.0 { 60.0 } else { 0.0 },
+        "target": [0.0, 0.0, 0.0],
+        "targetOffset": [x, y, 0.0],
+        "targetOrientation": [0.0, 0.0, 0.0, 1.0],
+        "fovy": 45.0,
+        "near": 0.5,
+        "far": 50_000.0,
+    })
+}
+
+/// Settings of a 3D panel whose camera follows the coordinate frame `frame` in Foxglove's follow mode `mode`.
+fn config(scenario: &Scenario, frame: &str, mode: &str, camera: &Value) -> Value {
+    let shown = SCENES.iter().map(|topic| ((*topic).to_owned(), json!({ "visible": true })));
+    let mut shown_topics: Map<String, Value> = shown.collect();
+    shown_topics.insert(topics::LEADER_POSE.into(), leader_arrow(scenario));
+    json!({
+        "cameraState": camera,
+        "followMode": mode,
+        "followTf": frame,
+        "scene": {
+            "backgroundColor": "#15191f",
+            "labelScaleFactor": 1,
+            "ignoreColladaUpAxis": false,
+            "transforms": { "showLabel": false, "axisScale": 0, "lineWidth": 0, "labelSize": 0 },
+        },
+        "transforms": {},
+        "topics": shown_topics,
+        "layers": { "grid": grid(scenario) },
+        "publish": {},
+        "imageMode": {},
+    })
+}
+
+fn leader_arrow(scenario: &Scenario) -> Value {
+    let length = 0.35 * scenario.formation.spacing_m;
+    json!({
+        "visible": true,
+        "type": "arrow",
+        "arrowScale": [length, length / 8.0, length / 8.0],
+        "color": palette::BRIGHT.hex(),
+    })
+}
+
+/// A grid under the whole flight, with squares of the spacing L or a multiple of it.
+fn grid(scenario: &Scenario) -> Value {
+    let formation = scenario.formation();
+    // The leader's path as a straight line, with a margin around the ring.
+    let way_m = scenario.leader.speed_m_s * scenario.time.duration_s;
+    let wanted_m = way_m + 12.0 * formation.radius_m();
+    let square_m = formation.spacing_m() * (wanted_m / formation.spacing_m() / GRID_LINES).ceil();
+    let lines = (wanted_m / square_m).ceil();
+    let ahead = ringwing_flight::direction(scenario.leader.heading_deg.to_radians()) * (way_m / 2.0);
+    let [x, y] = scenario.leader.start_m;
+    json!({
+        "layerId": "foxglove.Grid",
+        "instanceId": "grid",
+        "label": format!("Grid of {square_m} m"),
+        "frameId": "map",
+        "visible": true,
+        "size": lines * square_m,
+        "divisions": lines,
+        "lineWidth": 1,
+        "color": "#5b657366",
+        "position": [x + ahead.x, y + ahead.y, -0.1],
+        "rotation": [0, 0, 0],
+        "order": 1,
+    })
+}

@@ -1,0 +1,99 @@
+//! Draws what never changes: the obstacles, and the formation that moves with the leader.
+//!
+//! Never knows where UAVs are; these scenes are written once.
+
+use super::{LEADER, MAP, at, entity, flat, line, text, whole};
+use crate::{clock::Clock, show::palette};
+use foxglove::messages::{
+    CylinderPrimitive, Point3, SceneEntity, SceneUpdate, Vector3, line_primitive::Type::LineLoop,
+};
+use nalgebra::Point2;
+use ringwing_flight::Formation;
+use ringwing_scenario::ObstacleSection;
+use std::f64::consts::TAU;
+
+/// Corners of a circle. With fewer, large circles look angular.
+const CORNERS: u32 = 72;
+/// Height of names, a little less than that of UAVs.
+const NAME_PIXELS: f64 = 14.0;
+/// Half the width of a slot's mark as a share of the distance between neighbours. Larger marks hide the aircraft in
+/// them.
+const SLOT: f64 = 0.06;
+
+/// The obstacles, each with its name and the circle within which it repels: `/scene/obstacles`.
+pub(crate) fn obstacles(obstacles: &[ObstacleSection], clock: Clock, tick: i64) -> SceneUpdate {
+    let entities = obstacles.iter().map(|obstacle| body(obstacle, clock, tick)).collect();
+    whole(entities, clock, tick)
+}
+
+fn body(obstacle: &ObstacleSection, clock: Clock, tick: i64) -> SceneEntity {
+    let ([x, y], height, width) = (obstacle.position_m, obstacle.radius_m, 2.0 * obstacle.radius_m);
+    let mut body = entity(MAP, &obstacle.name, clock, tick);
+    body.cylinders.push(CylinderPrimitive {
+        pose: Some(at(x, y, height / 2.0)),
+        size: Some(Vector3 { x: width, y: width, z: height }),
+        bottom_scale: 1.0,
+        top_scale: 1.0,
+        color: Some(palette::ALARM.in_scene(0.7)),
+    });
+    let circle = |radius| circle(Point2::new(x, y), radius);
+    body.lines.push(line(LineLoop, circle(obstacle.braking_distance_m), 1.5, palette::ALARM, 0.9));
+    body.lines.push(line(LineLoop, circle(obstacle.radius_m), 2.0, palette::ALARM, 1.0));
+    let above = Point3 { x, y, z: 1.4 * height };
+    body.texts.push(text(&obstacle.name, above, NAME_PIXELS, palette::BRIGHT));
+    body
+}
+
+/// The leader, and the ring with its slots around it: `/scene/formation`.
+pub(crate) fn formation(formation: &Formation, clock: Clock, tick: i64) -> SceneUpdate {
+    let mark_m = SLOT * formation.spacing_m();
+    let mut ring = entity(LEADER, "ring", clock, tick);
+    ring.lines.push(line(LineLoop, circle(Point2::origin(), formation.radius_m()), 1.0, palette::QUIET, 0.8));
+    for number in 1..=formation.count() {
+        let mark = diamond(formation.slot(number, Point2::origin()), mark_m);
+        ring.lines.push(line(LineLoop, mark, 2.0, palette::colour(number), 0.9));
+    }
+    let mut leader = entity(LEADER, "leader", clock, tick);
+    leader.lines.push(line(LineLoop, diamond(Point2::origin(), mark_m), 2.0, palette::BRIGHT, 1.0));
+    let above = Point3 { x: 0.0, y: 0.0, z: 3.0 * mark_m };
+    leader.texts.push(text("leader", above, NAME_PIXELS, palette::BRIGHT));
+    whole(vec![ring, leader], clock, tick)
+}
+
+fn circle(centre: Point2<f64>, radius: f64) -> Vec<Point3> {
+    let corner = |number: u32| {
+        let bearing = TAU * f64::from(number) / f64::from(CORNERS);
+        flat(centre.x + radius * libm::cos(bearing), centre.y + radius * libm::sin(bearing))
+    };
+    (0..CORNERS).map(corner).collect()
+}
+
+fn diamond(centre: Point2<f64>, half: f64) -> Vec<Point3> {
+    let corners = [(half, 0.0), (0.0, half), (-half, 0.0), (0.0, -half)];
+    corners.map(|(x, y)| flat(centre.x + x, centre.y + y)).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn an_obstacle_shows_its_body_its_braking_circle_and_its_name() {
+        let scene = obstacles(&[testing::obstacle([5.0, 6.0])], Clock::new(100), 0);
+        let [tower] = &scene.entities[..] else { panic!("one obstacle") };
+        assert_eq!((&*tower.frame_id, &*tower.id, &*tower.texts[0].text), ("map", "tower", "tower"));
+        let reach = tower.lines[0].points[0].x - 5.0;
+        assert_eq!((reach, tower.cylinders[0].size.unwrap().x), (30.0, 20.0));
+    }
+
+    #[test]
+    fn the_formation_is_drawn_around_the_leader() {
+        let ring = testing::ring_of(5, 40.0).formation();
+        let scene = formation(&ring, Clock::new(100), 0);
+        assert!(scene.entities.iter().all(|one| one.frame_id == "leader" && one.frame_locked));
+        assert_eq!(scene.entities[0].lines.len(), 6);
+        let radius = scene.entities[0].lines[0].points[0].x;
+        assert!((radius - ring.radius_m()).abs() < 1e-12);
+    }
+}

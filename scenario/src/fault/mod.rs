@@ -1,0 +1,111 @@
+//! Deliberate faults of a run: what happens to which processes and links, and when.
+//!
+//! A fault is a sentence such as `at 30 s kill uav 3`. The same grammar serves `[[faults]]` in a scenario file,
+//! `--fault` on the command line, and `ringwing fault` for a live run; README.md lists it. [`grammar`] parses a
+//! sentence into a [`Fault`], [`display`] writes it back, and [`schedule`] turns faults into ticks.
+//!
+//! Never applies a fault: the launcher signals processes, and each agent impairs the links that it receives from.
+
+mod display;
+mod grammar;
+mod lexer;
+mod link;
+mod refusal;
+pub mod schedule;
+#[cfg(test)]
+mod tests;
+pub mod trace;
+
+pub use lexer::FaultSyntaxError;
+pub use link::{Delay, LinkImpairment, Links, Receiver, Sender};
+
+use serde::{Deserialize, Serialize};
+
+/// A fault and its time: `at 30 s kill uav 3`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// Start of the fault, in seconds of simulated time.
+    pub at_s: f64,
+    /// What happens then.
+    #[serde(rename = "do")]
+    pub action: Action,
+}
+
+/// A fault without its time: `kill uav 3`, `link 2->3 delay 200 ms for 10 s`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Action {
+    /// A fault of processes.
+    Process {
+        /// What happens to each process.
+        fault: ProcessFault,
+        /// The processes.
+        targets: Targets,
+    },
+    /// An impairment of links.
+    Link {
+        /// The links.
+        links: Links,
+        /// What each link does to its samples.
+        impairment: LinkImpairment,
+        /// Duration in seconds; `None` lasts until the links are healed.
+        for_s: Option<f64>,
+    },
+    /// Ends every fault of exactly these links; [`Links::All`] ends the faults of all links.
+    Heal(Links),
+}
+
+/// A fault of one process.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ProcessFault {
+    /// SIGKILL. An agent or the leader stays away; the launcher replaces a recorder.
+    Kill,
+    /// SIGTERM: the process leaves in order and stays away.
+    Stop,
+    /// SIGSTOP, then SIGCONT at the end of `for_s`.
+    Freeze {
+        /// Duration in seconds; `None` lasts until the process is thawed.
+        for_s: Option<f64>,
+    },
+    /// SIGCONT.
+    Thaw,
+    /// Starts a new process in place of one that is gone.
+    Start,
+    /// SIGKILL, then a new process.
+    Restart {
+        /// Time from the kill to the start of the new process, in seconds.
+        after_s: f64,
+    },
+    /// Repeated SIGKILL, with a new process half a period after each.
+    Flap {
+        /// Time from one kill to the next, in seconds.
+        every_s: f64,
+        /// The last kill comes less than this after the first, in seconds.
+        for_s: f64,
+    },
+    /// Delays every answer by the wall clock: in real time it comes late, in lockstep the run waits for it.
+    Slow {
+        /// Delay of each answer, in seconds.
+        by_s: f64,
+        /// Duration in seconds of simulated time; `None` lasts to the end of the flight.
+        for_s: Option<f64>,
+    },
+}
+
+/// The processes that a fault is for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Targets {
+    /// The world, which keeps time.
+    World,
+    /// The process that flies the virtual leader.
+    Leader,
+    /// The process that writes the log.
+    Recorder,
+    /// The agents of these UAVs.
+    Uavs(Vec<u32>),
+    /// The agents of this number of UAVs, drawn with the scenario's seed.
+    Random(u32),
+    /// Every agent.
+    AllUavs,
+}

@@ -1,0 +1,52 @@
+//! Which faults are impossible for a given swarm, and why.
+//!
+//! Never knows the state of a run: whether a process is there to be killed is the launcher's question.
+
+use super::{Action, ProcessFault, Targets};
+
+impl Action {
+    /// Why this action is impossible in a swarm of `uavs`, or `None` if it is possible.
+    pub fn refusal(&self, uavs: u32) -> Option<String> {
+        match self {
+            Self::Process { fault, targets } => fault.refusal(targets).or_else(|| targets.refusal(uavs)),
+            Self::Link { links, .. } | Self::Heal(links) => unknown_uav(&links.named_uavs(), uavs),
+        }
+    }
+}
+
+impl Targets {
+    fn refusal(&self, uavs: u32) -> Option<String> {
+        match self {
+            Self::Uavs(named) => unknown_uav(named, uavs),
+            Self::Random(count) if *count > uavs => {
+                Some(format!("cannot draw {count} UAVs: this run has only {uavs}"))
+            }
+            _ => None,
+        }
+    }
+}
+
+fn unknown_uav(named: &[u32], uavs: u32) -> Option<String> {
+    let unknown = named.iter().find(|uav| **uav > uavs)?;
+    Some(format!("there is no uav {unknown}: this run has UAVs 1 to {uavs}"))
+}
+
+impl ProcessFault {
+    /// Why this kind of process cannot have this fault.
+    fn refusal(self, targets: &Targets) -> Option<String> {
+        let reason = match (targets, self) {
+            (Targets::World, Self::Kill | Self::Stop) => return None,
+            (Targets::World, _) => {
+                "the world keeps time, so a fault of the world cannot end at a later time: kill or stop it"
+            }
+            (Targets::Recorder, Self::Slow { .. }) => {
+                "the flight does not wait for the recorder, so a slow recorder changes nothing: freeze it instead"
+            }
+            (Targets::Leader, Self::Slow { .. }) => {
+                "the leader cannot be slowed: delay its links instead, such as \"link leader->all delay 20 ms\""
+            }
+            _ => return None,
+        };
+        Some(reason.into())
+    }
+}

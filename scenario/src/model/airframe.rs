@@ -1,0 +1,78 @@
+//! What one UAV can do and sense, and where on the earth it flies.
+
+use serde::{Deserialize, Serialize};
+
+/// `[airframe]`: the limits of Eq. (2), and what an airframe does without its agent.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AirframeSection {
+    /// `v_min`.
+    pub speed_min_m_s: f64,
+    /// `v_max`.
+    pub speed_max_m_s: f64,
+    /// `omega_max`.
+    pub turn_rate_max_rad_s: f64,
+    /// How long an airframe flies on the last command of a silent agent before its failsafe takes over.
+    pub command_timeout_s: f64,
+    /// What the failsafe does.
+    pub failsafe: Failsafe,
+    /// Two UAVs closer than this have collided.
+    pub collision_distance_m: f64,
+}
+
+impl Default for AirframeSection {
+    fn default() -> Self {
+        Self {
+            speed_min_m_s: 12.0,
+            speed_max_m_s: 25.0,
+            turn_rate_max_rad_s: 0.5,
+            command_timeout_s: 0.5,
+            failsafe: Failsafe::Loiter,
+            collision_distance_m: 2.0,
+        }
+    }
+}
+
+/// What an airframe does once its agent has been silent for too long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Failsafe {
+    /// Circles at half its largest turn rate and its lowest speed.
+    Loiter,
+    /// Keeps its heading and speed.
+    Hold,
+    /// Leaves the sky.
+    Vanish,
+}
+
+/// `[sensing]`: what each UAV can sense.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensingSection {
+    /// A UAV senses an obstacle whose edge is nearer than this.
+    pub range_m: f64,
+}
+
+impl Default for SensingSection {
+    fn default() -> Self {
+        Self { range_m: 150.0 }
+    }
+}
+
+/// `[georeference]`: the origin of the local frame on the earth, for maps. The flight does not depend on it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GeoreferenceSection {
+    /// Latitude of the origin, north positive.
+    pub latitude_deg: f64,
+    /// Longitude of the origin, east positive.
+    pub longitude_deg: f64,
+    /// Height of the whole flight above the WGS 84 ellipsoid.
+    pub altitude_m: f64,
+}
+
+impl Default for GeoreferenceSection {
+    fn default() -> Self {
+        Self { latitude_deg: 47.3977, longitude_deg: 8.5456, altitude_m: 500.0 }
+    }
+}

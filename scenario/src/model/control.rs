@@ -1,0 +1,133 @@
+//! How the agents fly: the control law, and what the swarm does when it loses a UAV.
+
+use ringwing_flight::OnLoss;
+use serde::{Deserialize, Serialize};
+
+/// `[control]`: the control law of every agent.
+///
+/// A scenario file may leave out the switches of the resilient law: [`Law::switches`] then sets them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+#[expect(clippy::struct_excessive_bools, reason = "each part of the law has its own switch")]
+pub struct ControlSection {
+    /// The law.
+    pub law: Law,
+    /// How far received states of neighbours, leader and the UAV itself are predicted forward.
+    pub dead_reckoning: DeadReckoning,
+    /// Scale the gain G of a neighbour by `exp(-age / trust_time_s)` of its newest state, so that old data count less.
+    pub trust_fades: bool,
+    /// Age at which that gain has faded to 37 %.
+    pub trust_time_s: f64,
+    /// Scale the gain G by `exp(-(slot error / (gain_reach_spacings L))^2)`, so that a UAV far from its slot is not
+    /// pushed around by its neighbours.
+    pub gain_fades: bool,
+    /// Slot error at which that gain has faded to 37 %, in multiples of L.
+    pub gain_reach_spacings: f64,
+    /// Limit the formation force to the leader's speed, so that a UAV ahead of its slot waits instead of turning back.
+    pub force_limited: bool,
+    /// Close the ring after a loss and open it on a return, as [`MembershipSection`] says.
+    pub ring_closes: bool,
+    /// G of Eq. (3).
+    pub formation_gain: f64,
+    /// Gain of the last term of Eq. (3), which draws a UAV to its slot; 1 in the paper.
+    pub slot_gain: f64,
+    /// k of Eq. (13).
+    pub obstacle_gain_m: f64,
+    /// Turn rate per force across the heading, Eq. (6) and (12); 1 in the paper.
+    pub heading_gain_rad_per_m: f64,
+}
+
+impl Default for ControlSection {
+    fn default() -> Self {
+        let LawSwitches { dead_reckoning, trust_fades, gain_fades, force_limited, ring_closes } =
+            Law::Paper.switches();
+        Self {
+            law: Law::Paper,
+            dead_reckoning,
+            trust_fades,
+            trust_time_s: 0.5,
+            gain_fades,
+            gain_reach_spacings: 0.5,
+            force_limited,
+            ring_closes,
+            formation_gain: 2.0,
+            slot_gain: 1.0,
+            obstacle_gain_m: 100.0,
+            heading_gain_rad_per_m: 1.0,
+        }
+    }
+}
+
+/// The control law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Law {
+    /// Equations (4) to (13), as written.
+    Paper,
+    /// The paper's law with additions that keep the swarm together when UAVs are lost or data are lost or late.
+    Resilient,
+}
+
+impl Law {
+    /// Its name in scenarios and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Resilient => "resilient",
+        }
+    }
+
+    /// The switches of this law. A scenario may set each one differently.
+    pub fn switches(self) -> LawSwitches {
+        let on = self == Self::Resilient;
+        let dead_reckoning = if on { DeadReckoning::Full } else { DeadReckoning::Tick };
+        LawSwitches { dead_reckoning, trust_fades: on, gain_fades: on, force_limited: on, ring_closes: on }
+    }
+}
+
+/// The parts of the resilient law, each of which a scenario can switch by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each part of the law has its own switch")]
+pub struct LawSwitches {
+    /// See [`ControlSection::dead_reckoning`].
+    pub dead_reckoning: DeadReckoning,
+    /// See [`ControlSection::trust_fades`].
+    pub trust_fades: bool,
+    /// See [`ControlSection::gain_fades`].
+    pub gain_fades: bool,
+    /// See [`ControlSection::force_limited`].
+    pub force_limited: bool,
+    /// See [`ControlSection::ring_closes`].
+    pub ring_closes: bool,
+}
+
+/// How far a received state is predicted forward.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeadReckoning {
+    /// Not at all.
+    Off,
+    /// By the one tick that a message between processes always takes.
+    Tick,
+    /// By its whole age.
+    Full,
+}
+
+/// `[membership]`: what the swarm does when it loses a UAV. Has no effect unless [`ControlSection::ring_closes`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MembershipSection {
+    /// A UAV counts as lost when its ring neighbour has heard nothing new from it for this long, nor from others
+    /// about it.
+    pub loss_timeout_s: f64,
+    /// Which slots the remaining UAVs take.
+    pub on_loss: OnLoss,
+    /// How long a slot takes to move to its new place.
+    pub slots_move_s: f64,
+}
+
+impl Default for MembershipSection {
+    fn default() -> Self {
+        Self { loss_timeout_s: 1.0, on_loss: OnLoss::KeepSpacing, slots_move_s: 5.0 }
+    }
+}

@@ -1,0 +1,133 @@
+//! The data of a scenario: one struct per section of the file, with its defaults.
+//!
+//! Lengths are in metres, speeds in m/s, angles in degrees and turn rates in rad/s; every name ends in its unit. The
+//! local frame has x to the east and y to the north; angles count from the x axis, counterclockwise.
+//!
+//! Never checks a value: `validate` does.
+
+mod airframe;
+mod control;
+mod mission;
+mod process;
+mod start;
+
+pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
+pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection};
+pub use mission::{FormationSection, LeaderSection, ObstacleSection, RequirementsSection, TimeSection};
+pub use process::{IpcSection, SupervisionSection, Wake};
+pub use start::{DrawSection, StartSection, StartState};
+
+use crate::{Fault, FaultSchedule};
+use ringwing_flight::{Formation, LivingRing, Pace};
+use serde::{Deserialize, Serialize};
+
+/// Everything that decides a flight: the same scenario and build give the same flight, to the bit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scenario {
+    /// Name of the run's folder and of the log.
+    pub name: String,
+    /// One line for `scenario list`.
+    pub description: String,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Length and time step of the flight.
+    pub time: TimeSection,
+    /// The ring to form.
+    pub formation: FormationSection,
+    /// The control law of the agents.
+    pub control: ControlSection,
+    /// What the swarm does when it loses a UAV.
+    pub membership: MembershipSection,
+    /// The virtual leader.
+    pub leader: LeaderSection,
+    /// What each airframe can do.
+    pub airframe: AirframeSection,
+    /// Where on the earth the swarm flies.
+    pub georeference: GeoreferenceSection,
+    /// What each UAV can sense.
+    pub sensing: SensingSection,
+    /// How long the run waits for a process.
+    pub supervision: SupervisionSection,
+    /// How processes exchange messages.
+    pub ipc: IpcSection,
+    /// What the flight must achieve; otherwise the run ends with exit code 3.
+    pub requirements: RequirementsSection,
+    /// Where the UAVs start.
+    pub start: StartSection,
+    /// The obstacles.
+    pub obstacles: Vec<ObstacleSection>,
+    /// The faults of processes and links.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub faults: Vec<Fault>,
+}
+
+impl Scenario {
+    /// The formation to form.
+    pub fn formation(&self) -> Formation {
+        let FormationSection { uavs, spacing_m, bearing_deg } = self.formation;
+        Formation::new(uavs, spacing_m, bearing_deg.to_radians())
+    }
+
+    /// The ring before any loss, with the rule by which it closes.
+    pub fn whole_ring(&self) -> LivingRing {
+        LivingRing::whole(self.formation(), self.control.ring_closes.then_some(self.membership.on_loss))
+    }
+
+    /// Length of a tick in seconds.
+    pub fn period_s(&self) -> f64 {
+        1.0 / f64::from(self.time.rate_hz)
+    }
+
+    /// Whether ticks wait for the processes or for the clock.
+    pub fn pace(&self) -> Pace {
+        if self.time.real_time { Pace::RealTime } else { Pace::Lockstep }
+    }
+
+    /// The number of the last tick.
+    pub fn last_tick(&self) -> i64 {
+        (self.time.duration_s * f64::from(self.time.rate_hz)).round() as i64
+    }
+
+    /// The schedule of the scenario's own faults.
+    pub fn schedule(&self) -> FaultSchedule<'_> {
+        self.schedule_of(&self.faults)
+    }
+
+    /// The schedule of `faults` in this scenario: with its seed, its rate and its number of UAVs.
+    pub fn schedule_of<'f>(&self, faults: &'f [Fault]) -> FaultSchedule<'f> {
+        FaultSchedule { faults, seed: self.seed, rate_hz: self.time.rate_hz, uavs: self.formation.uavs }
+    }
+
+    /// The scenario as TOML with every value in full: [`Scenario::resolved`] reads back the same bits.
+    ///
+    /// # Panics
+    /// Never: a scenario consists of tables, lists, numbers, texts and booleans, and TOML has all of them.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a scenario is plain data")
+    }
+}
+
+impl Default for Scenario {
+    fn default() -> Self {
+        Self {
+            name: "unnamed".into(),
+            description: String::new(),
+            seed: 1,
+            time: TimeSection::default(),
+            formation: FormationSection::default(),
+            control: ControlSection::default(),
+            membership: MembershipSection::default(),
+            leader: LeaderSection::default(),
+            airframe: AirframeSection::default(),
+            georeference: GeoreferenceSection::default(),
+            sensing: SensingSection::default(),
+            supervision: SupervisionSection::default(),
+            ipc: IpcSection::default(),
+            requirements: RequirementsSection::default(),
+            start: StartSection::default(),
+            obstacles: Vec::new(),
+            faults: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! The example: a scenario in which every key has a value. It tells which keys exist and which type each has.
+
+use crate::{Fault, ObstacleSection, RequirementsSection, Scenario, StartSection, StartState, key};
+use std::sync::LazyLock;
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue},
+};
+
+static TEXT: LazyLock<String> = LazyLock::new(|| scenario().to_toml());
+
+static TREE: LazyLock<DeValue<'static>> = LazyLock::new(|| {
+    let table = DeTable::parse(&TEXT).expect("`to_toml` writes TOML");
+    DeValue::Table(table.into_inner())
+});
+
+/// The example itself.
+pub(crate) fn scenario() -> Scenario {
+    Scenario {
+        description: "two rings, one sky".into(),
+        requirements: RequirementsSection {
+            collisions_max: Some(0),
+            clearance_min_m: Some(2.0),
+            separation_min_m: Some(10.0),
+            settling_max_s: Some(20.0),
+            slot_error_max_m: Some(0.05),
+        },
+        start: StartSection {
+            uavs: vec![StartState { position_m: [-60.0, 20.0], heading_deg: 0.0, speed_m_s: 15.0 }],
+            ..StartSection::default()
+        },
+        obstacles: vec![ObstacleSection {
+            name: "Obstacle 1".into(),
+            position_m: [900.0, 42.0],
+            radius_m: 10.0,
+            braking_distance_m: 20.0,
+        }],
+        faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("the example of a fault parses")],
+        ..Scenario::default()
+    }
+}
+
+/// The example as a tree.
+pub(super) fn tree() -> &'static DeValue<'static> {
+    &TREE
+}
+
+/// The example's value of `key`. The one item that a list of sections has stands for every index.
+pub(super) fn at(key: &str) -> Option<&'static DeValue<'static>> {
+    key.split('.').try_fold(tree(), |value, part| match value {
+        DeValue::Table(table) => table.get(part).map(Spanned::get_ref),
+        DeValue::Array(list) => {
+            let index: usize = part.parse().ok()?;
+            list.get(if is_section_list(value) { 0 } else { index }).map(Spanned::get_ref)
+        }
+        _ => None,
+    })
+}
+
+/// Every key outside lists of sections.
+pub(super) fn keys() -> Vec<String> {
+    let mut keys = Vec::new();
+    collect_keys(tree(), "", &mut keys);
+    keys
+}
+
+fn collect_keys(value: &DeValue<'_>, key: &str, keys: &mut Vec<String>) {
+    match value {
+        DeValue::Table(table) => {
+            for (name, value) in table {
+                collect_keys(value.get_ref(), &key::join(key, name.get_ref()), keys);
+            }
+        }
+        list if is_section_list(list) => {}
+        _ => keys.push(key.to_owned()),
+    }
+}
+
+/// Whether `value` is a list of sections, such as the obstacles.
+pub(super) fn is_section_list(value: &DeValue<'_>) -> bool {
+    value.as_array().is_some_and(|list| list.first().is_some_and(|first| first.get_ref().is_table()))
+}
+
+/// What to write for `key`, whose value in the example is `wanted`.
+pub(super) fn remedy(key: &str, wanted: &DeValue<'_>) -> String {
+    let of_unit = key::unit(key).map_or(String::new(), |unit| format!(" of {}", unit.plural));
+    match wanted {
+        DeValue::Float(value) => {
+            let bare = if of_unit.is_empty() { "" } else { " without a unit" };
+            format!("give a number{of_unit}{bare}, such as {}", value.as_str())
+        }
+        DeValue::Integer(value) => format!("give a whole number{of_unit}, such as {value}"),
+        DeValue::String(text) => format!("give text in quotes, such as \"{text}\""),
+        DeValue::Boolean(_) => "give true or false, without quotes".into(),
+        DeValue::Array(_) if is_section_list(wanted) => format!("give one [[{key}]] section for each, or []"),
+        DeValue::Array(_) => format!("give two numbers{of_unit}, such as [900.0, 42.0]"),
+        DeValue::Table(_) | DeValue::Datetime(_) => "give a section with its keys".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_leads_to_its_value() {
+        assert_eq!(at("time.rate_hz").unwrap().as_integer().unwrap().as_str(), "100");
+        assert!(at("obstacles.7.radius_m").unwrap().is_float());
+        assert!(at("start.uavs.0.position_m.1").unwrap().is_float());
+        assert!(at("leader.start_m.2").is_none() && at("time.rate").is_none() && at("").is_none());
+    }
+
+    #[test]
+    fn keys_outside_lists_of_sections_are_listed() {
+        let keys = keys();
+        for key in ["name", "leader.start_m", "start.draw.separation_m", "requirements.settling_max_s"] {
+            assert!(keys.contains(&key.to_owned()), "{key}");
+        }
+        assert!(keys.iter().all(|key| at(key).is_some() && !key.starts_with("obstacles")));
+    }
+}

@@ -1,0 +1,271 @@
+//! Reads a scenario from text and overrides, or reports every mistake at once.
+//!
+//! The text becomes a tree whose values know where they were written. Overrides are put into the tree. A value of the
+//! wrong shape is reported and replaced by the example's, so that the deserializer and then `validate` can still
+//! check the rest.
+//!
+//! Never stops at the first mistake, unless the text is not TOML.
+
+mod example;
+mod hint;
+mod law_switches;
+mod origin;
+mod problem;
+mod setting;
+mod shape;
+mod source;
+mod syntax;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+#[cfg(test)]
+pub(crate) use example::scenario as example_scenario;
+pub use problem::{Place, Problem, ScenarioError};
+pub use setting::Setting;
+pub use source::Source;
+
+use crate::{
+    Fault, Scenario,
+    fault::trace,
+    validate::{self, Violation},
+};
+use origin::Origins;
+use serde::Deserialize;
+use toml::{
+    Spanned,
+    de::{DeTable, DeValue, Error, ValueDeserializer},
+};
+use tree::lookup;
+
+type Tree<'a> = Spanned<DeValue<'a>>;
+
+impl Scenario {
+    /// Reads a scenario. `settings` replace values of the source; a later setting replaces an earlier one.
+    ///
+    /// Two settings also drop what the source derives from the value that they replace. When `formation.uavs` no
+    /// longer matches the number of listed starts, `start.uavs` becomes empty and starts are drawn. When
+    /// `control.law` changes, the source's switches of the law are dropped and the new law sets them.
+    ///
+    /// # Errors
+    /// Every mistake in the source and in the settings, each with its place, its key and a remedy.
+    pub fn read(source: &Source, settings: &[Setting]) -> Result<Self, ScenarioError> {
+        let mut reader = Reader::new(source, settings);
+        let scenario = reader.read();
+        reader.finish(scenario)
+    }
+
+    /// Reads what [`Scenario::to_toml`] wrote.
+    ///
+    /// # Errors
+    /// As [`Scenario::read`]; the messages call the source `scenario.toml`.
+    pub fn resolved(text: &str) -> Result<Self, ScenarioError> {
+        Self::read(&Source { name: "scenario.toml".into(), text: text.into() }, &[])
+    }
+
+    /// Adds the faults of `--fault`, and loads every delay file that a fault names.
+    ///
+    /// # Errors
+    /// A fault is impossible in this swarm, or a delay file cannot be loaded.
+    pub fn with_faults(mut self, faults: &[Fault]) -> Result<Self, ScenarioError> {
+        let problem = |fault: &Fault| {
+            let message = fault.action.refusal(self.formation.uavs)?;
+            let place = Place::Setting(format!("--fault \"{fault}\""));
+            Some(Problem { scenario: self.name.clone(), place, key: None, message })
+        };
+        let problems: Vec<_> = faults.iter().filter_map(problem).collect();
+        if !problems.is_empty() {
+            return Err(problems.into());
+        }
+        self.faults.extend_from_slice(faults);
+        trace::read_all(&mut self.faults).map_err(|error| Problem::of_scenario(&self.name, error))?;
+        Ok(self)
+    }
+}
+
+/// A scenario that is being read, and its problems so far.
+struct Reader<'s> {
+    source: &'s Source,
+    settings: &'s [Setting],
+    origins: Origins<'s>,
+    /// The problems with their positions, which order them.
+    problems: Vec<(Option<usize>, Problem)>,
+    /// Keys whose values are known to be wrong: a replacement stands in for each, so later checks must ignore them.
+    wrong_keys: Vec<String>,
+}
+
+impl<'s> Reader<'s> {
+    fn new(source: &'s Source, settings: &'s [Setting]) -> Self {
+        let origins = Origins::new(&source.text, settings);
+        Self { source, settings, origins, problems: Vec::new(), wrong_keys: Vec::new() }
+    }
+
+    /// The scenario as far as it can be read; it is valid only if no problem was reported.
+    fn read(&mut self) -> Option<Scenario> {
+        let mut tree = self.parse()?;
+        let law_of_file = law_switches::law(tree.get_ref());
+        let keys_set = self.apply_settings(&mut tree);
+        let starts_apply = listed_starts_apply(tree.get_ref(), &keys_set);
+
+        // The switches that a file sets belong to its law, so another law must not inherit them.
+        let is_law_set = keys_set.iter().any(|key| key == law_switches::LAW);
+        if is_law_set && law_switches::law(tree.get_ref()) != law_of_file {
+            law_switches::remove_except(tree.get_mut(), &keys_set);
+        }
+        law_switches::fill_in(&mut tree);
+
+        // Messages quote and locate the values as given, not those that replace them.
+        let given = tree.clone();
+        self.fit(&mut tree);
+        if !starts_apply {
+            remove_listed_starts(tree.get_mut());
+        }
+        let scenario = self.deserialize(tree, given.get_ref())?;
+        self.validate(&scenario, given.get_ref());
+        Some(scenario)
+    }
+
+    fn finish(mut self, scenario: Option<Scenario>) -> Result<Scenario, ScenarioError> {
+        self.problems.sort_by_key(|(position, _)| *position);
+        let problems: Vec<_> = self.problems.into_iter().map(|(_, problem)| problem).collect();
+        match scenario {
+            Some(scenario) if problems.is_empty() => Ok(scenario),
+            _ => Err(problems.into()),
+        }
+    }
+
+    fn report(&mut self, position: Option<usize>, key: Option<String>, message: String) {
+        let place = position.map_or(Place::Scenario, |position| self.origins.place(position));
+        self.wrong_keys.extend(key.clone());
+        self.problems.push((position, Problem { scenario: self.source.name.clone(), place, key, message }));
+    }
+
+    /// The text as a tree, if it is TOML.
+    fn parse(&mut self) -> Option<Tree<'s>> {
+        let (table, mut errors) = DeTable::parse_recoverable(&self.source.text);
+        errors.sort_by_key(position);
+        for error in &errors {
+            self.report_syntax_error(error);
+        }
+        errors.is_empty().then(|| Spanned::new(0..0, DeValue::Table(table.into_inner())))
+    }
+
+    /// Reports the first error of each line: the parser's further errors there follow from it.
+    fn report_syntax_error(&mut self, error: &Error) {
+        let position = position(error).unwrap_or(self.source.text.len());
+        let place = self.origins.place(position);
+        if self.problems.last().is_none_or(|(_, last)| last.place != place) {
+            let message = syntax::syntax_error(&self.source.text, position, error.message());
+            self.report(Some(position), None, message);
+        }
+    }
+
+    /// Puts the overrides into the tree, and returns the keys that they set.
+    fn apply_settings(&mut self, tree: &mut Tree<'s>) -> Vec<String> {
+        let mut keys = Vec::new();
+        for (index, setting) in self.settings.iter().enumerate() {
+            match self.apply(index, setting, tree) {
+                Ok(key) => keys.push(key),
+                Err(message) => {
+                    let position = self.origins.new_span(index).start;
+                    self.report(Some(position), Some(setting.key.clone()), message);
+                }
+            }
+        }
+        keys
+    }
+
+    fn apply(&mut self, index: usize, setting: &'s Setting, tree: &mut Tree<'s>) -> Result<String, String> {
+        let key = hint::full_key(&setting.key)?;
+        let value = shape::value_of(&setting.value, example::at(&key));
+        tree::put(tree, &key, self.origins.with_spans(value, index))?;
+        Ok(key)
+    }
+
+    fn fit(&mut self, tree: &mut Tree<'s>) {
+        let mut mismatches = Vec::new();
+        shape::fit(tree, example::tree(), "", &mut mismatches);
+        for mismatch in mismatches {
+            self.report(Some(mismatch.position), Some(mismatch.key), mismatch.message);
+        }
+    }
+
+    /// Deserializes the tree.
+    ///
+    /// The deserializer stops at the first value that it refuses. Report that value, replace it by the example's and
+    /// try again, until there are no more.
+    fn deserialize(&mut self, mut tree: Tree<'s>, given: &DeValue<'_>) -> Option<Scenario> {
+        loop {
+            let error = match Scenario::deserialize(ValueDeserializer::from(tree.clone())) {
+                Ok(scenario) => return Some(scenario),
+                Err(error) => error,
+            };
+            let key = error.span().and_then(|span| tree::key_at(given, &span));
+            let known = key.filter(|key| !self.is_wrong(key)).and_then(|key| Some((example::at(&key)?, key)));
+            // Without a key there is nothing to replace, and the next try would fail in the same way.
+            let Some((wanted, key)) = known else {
+                self.report(position(&error), None, error.message().into());
+                return None;
+            };
+            let message = syntax::refused_value(error.message(), lookup(given, &key).value, &key, wanted);
+            self.report(position(&error), Some(key.clone()), message);
+            tree::put(&mut tree, &key, Spanned::new(0..0, wanted.clone())).ok()?;
+        }
+    }
+
+    fn validate(&mut self, scenario: &Scenario, given: &DeValue<'_>) {
+        let mut violations = validate::violations(scenario);
+        violations.retain(|violation| !violation.keys().any(|key| self.is_wrong(key)));
+        for violation in violations {
+            self.report_violation(violation, given);
+        }
+    }
+
+    /// Reports a violation at the one of its keys that the user set last: in an override, else in the file.
+    fn report_violation(&mut self, violation: Violation, given: &DeValue<'_>) {
+        let rank = |key: &str| {
+            let found = lookup(given, key);
+            let in_override = found.position.is_some_and(|position| self.origins.setting(position).is_some());
+            (found.value.is_some(), in_override)
+        };
+        // `max_by_key` takes the last of equals, and the first is the preferred one.
+        if let Some(blame) = violation.blames.into_iter().rev().max_by_key(|blame| rank(&blame.key)) {
+            self.report(lookup(given, &blame.key).position, Some(blame.key), blame.message);
+        }
+    }
+
+    /// Whether `key` or a section around it has been reported.
+    fn is_wrong(&self, key: &str) -> bool {
+        let includes = |wrong: &String| {
+            key.strip_prefix(wrong.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        self.wrong_keys.iter().any(includes)
+    }
+}
+
+fn position(error: &Error) -> Option<usize> {
+    error.span().map(|span| span.start)
+}
+
+/// Whether the listed starts are still meant once `keys_set` have been set.
+///
+/// Somebody who only asks for another number of UAVs does not want to list their starts.
+fn listed_starts_apply(tree: &DeValue<'_>, keys_set: &[String]) -> bool {
+    let are_starts_set = keys_set.iter().any(|key| key.starts_with("start.uavs"));
+    let is_count_set = keys_set.iter().any(|key| key == "formation.uavs");
+    are_starts_set || !is_count_set || starts_match_uavs(tree)
+}
+
+fn starts_match_uavs(tree: &DeValue<'_>) -> bool {
+    let listed = lookup(tree, "start.uavs").value.and_then(DeValue::as_array).map(|list| list.len());
+    let uavs = lookup(tree, "formation.uavs").value.and_then(DeValue::as_integer);
+    let uavs = uavs.and_then(|number| number.as_str().parse().ok());
+    listed.is_none() || uavs.is_none() || listed == uavs
+}
+
+fn remove_listed_starts(tree: &mut DeValue<'_>) {
+    let DeValue::Table(root) = tree else { return };
+    if let Some(DeValue::Table(start)) = root.get_mut("start").map(Spanned::get_mut) {
+        start.remove("uavs");
+    }
+}

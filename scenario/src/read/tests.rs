@@ -1,0 +1,275 @@
+use super::*;
+use crate::{ControlSection, DeadReckoning, Law, ObstacleSection, RequirementsSection, preset};
+use proptest::{prelude::*, sample::Index};
+
+fn read(text: &str, settings: &[&str]) -> Result<Scenario, ScenarioError> {
+    let settings: Vec<_> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+    Scenario::read(&Source { name: "wind.toml".into(), text: text.into() }, &settings)
+}
+
+fn problems(text: &str, settings: &[&str]) -> String {
+    read(text, settings).unwrap_err().to_string()
+}
+
+const PRESET: &str = include_str!("../../presets/paper-4.2.toml");
+
+#[test]
+fn every_mistake_is_reported_at_once() {
+    let text = r#"
+name = "a/b"
+colour = "red"
+[time]
+duration_s = "90 s"
+rate_hz = 99.5
+[formation]
+uavs = 2
+[control]
+law = "tenacious"
+dead_reckoning = "half"
+[airframe]
+speed_max_m_s = 10
+speed_min_km_h = 43
+[leader]
+start_m = [0, nan]
+[[obstacles]]
+name = "mast"
+position_m = [900.0, 42.0]
+radius_m = 10
+[[obstacles]]
+name = "tower"
+position_m = [500.0, 42.0]
+radius_m = 30
+braking_distance_m = 20
+"#;
+    let settings = ["speed_m_s=-3", "time.real_tiem=true", "replacements=-1", "obstacles.4.radius_m=1"];
+    assert_eq!(
+        problems(text, &settings),
+        r#"
+scenario "wind.toml", line 2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
+scenario "wind.toml", line 3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
+scenario "wind.toml", line 5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
+scenario "wind.toml", line 6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
+scenario "wind.toml", line 8: formation.uavs: 2 is outside 3 to 1024: give a value in this range
+scenario "wind.toml", line 10: control.law: "tenacious" is not known: give "paper" or "resilient"
+scenario "wind.toml", line 11: control.dead_reckoning: "half" is not known: give one of "off", "tick", "full"
+scenario "wind.toml", line 13: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
+scenario "wind.toml", line 14: airframe.speed_min_km_h: no such key; did you mean speed_min_m_s, in m/s?
+scenario "wind.toml", line 16: leader.start_m: NaN is not finite: give two numbers of metres, such as [900.0, 42.0]
+scenario "wind.toml", line 17: obstacles.0.braking_distance_m: missing: give a number of metres without a unit, such as 20.0
+scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above radius_m 30 m: give a larger value
+--set speed_m_s=-3: leader.speed_m_s: -3 m/s is below airframe.speed_min_m_s 12 m/s: give a larger value
+--set time.real_tiem=true: time.real_tiem: no such key; did you mean real_time?
+--set replacements=-1: supervision.replacements: -1 is out of range: give a whole number, such as 10
+--set obstacles.4.radius_m=1: obstacles.4.radius_m: there is no item 4 in a list of 2; the first item is 0
+"#
+        .trim()
+    );
+}
+
+#[test]
+fn an_empty_file_is_the_default_scenario() {
+    assert_eq!(read("", &[]).unwrap(), Scenario::default());
+    assert_eq!(read("\u{feff}formation.spacing_m = 40\r\n", &[]).unwrap(), Scenario::default());
+}
+
+#[test]
+fn overrides_replace_the_values_of_the_file() {
+    let settings = ["speed_max_m_s=27", "control.law=paper", "obstacles.1.name=mast", "seed=3", "seed=4"];
+    let scenario = read(PRESET, &settings).unwrap();
+    assert_eq!(scenario.airframe.speed_max_m_s.to_bits(), 27.0_f64.to_bits());
+    assert_eq!(
+        (scenario.control.law, scenario.obstacles[1].name.as_str(), scenario.seed),
+        (Law::Paper, "mast", 4)
+    );
+    assert_eq!(read(PRESET, &["obstacles=[]"]).unwrap().obstacles, []);
+    assert_eq!(read("", &["settling_max_s=20"]).unwrap().requirements.settling_max_s, Some(20.0));
+    assert_eq!(read("", &["requirements={}"]).unwrap().requirements, RequirementsSection::default());
+}
+
+#[test]
+fn the_law_sets_the_switches_that_the_scenario_leaves_out() {
+    let control = |text: &str, settings: &[&str]| read(text, settings).unwrap().control;
+    let on = |control: &ControlSection| {
+        let full = control.dead_reckoning == DeadReckoning::Full;
+        [full, control.trust_fades, control.gain_fades, control.force_limited, control.ring_closes]
+    };
+    assert_eq!(on(&control("", &[])), [false; 5]);
+    assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 5]);
+    let three = control("control.law = 'resilient'\ncontrol.gain_fades = false", &[]);
+    assert_eq!((on(&three), three.law), ([true, true, false, true, true], Law::Resilient));
+    assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false]);
+    assert_eq!(on(&control("", &["law=resilient", "ring_closes=false"])), [true, true, true, true, false]);
+}
+
+#[test]
+fn another_law_drops_the_switches_of_the_file() {
+    assert_eq!(
+        read(PRESET, &["law=resilient"]).unwrap(),
+        read("", &["law=resilient"])
+            .map(|scenario| Scenario { control: scenario.control, ..read(PRESET, &[]).unwrap() })
+            .unwrap()
+    );
+    let kept = read("control.law = 'resilient'\ncontrol.gain_fades = false", &["law=resilient"]).unwrap();
+    assert!(!kept.control.gain_fades, "the setting does not change the law");
+}
+
+#[test]
+fn an_override_corrects_a_mistake_in_the_file() {
+    assert!(read("time.duration_s = '90 s'", &["duration_s=90"]).is_ok());
+    assert!(read("time = 3", &["duration_s=90"]).is_err());
+}
+
+#[test]
+fn a_violation_of_two_values_is_blamed_on_the_one_set_last() {
+    assert_eq!(
+        problems(PRESET, &["speed_min_m_s=15.5"]).lines().next().unwrap(),
+        "--set speed_min_m_s=15.5: airframe.speed_min_m_s: 15.5 m/s is above leader.speed_m_s 15 m/s: give a smaller value"
+    );
+    assert_eq!(
+        problems("\n[airframe]\nspeed_min_m_s = 15.5", &[]),
+        "scenario \"wind.toml\", line 3: airframe.speed_min_m_s: 15.5 m/s is above leader.speed_m_s 15 m/s: give a smaller value"
+    );
+}
+
+#[test]
+fn a_value_that_violates_two_bounds_is_reported_twice() {
+    assert_eq!(
+        problems("airframe.speed_max_m_s = 10", &[]),
+        r#"
+scenario "wind.toml", line 1: airframe.speed_max_m_s: 10 m/s is below leader.speed_m_s 15 m/s: give a larger value
+scenario "wind.toml", line 1: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
+"#
+        .trim()
+    );
+}
+
+#[test]
+fn another_number_of_uavs_drops_the_listed_starts() {
+    assert_eq!(read(PRESET, &["uavs=6"]).unwrap().start.uavs.len(), 6);
+    assert_eq!(read(PRESET, &["uavs=200"]).unwrap().start.uavs, []);
+    let seven = PRESET.replace("uavs = 6 ", "uavs = 7 ");
+    let line = 1 + seven.lines().position(|line| line == "[[start.uavs]]").unwrap();
+    assert_eq!(
+        problems(&seven, &[]),
+        format!(
+            "scenario \"wind.toml\", line {line}: start.uavs: 6 starts are listed, but formation.uavs is 7: list 7 starts, \
+             or none to draw them"
+        )
+    );
+    let one = "start.uavs=[{position_m=[0,0], heading_deg=0, speed_m_s=15}]";
+    assert!(problems(PRESET, &["uavs=3", one]).starts_with("--set start.uavs="));
+}
+
+#[test]
+fn syntax_errors_are_reported_line_by_line() {
+    assert_eq!(
+        problems("name = wind\n[time]\nduration_s = 90 s\nrate_hz = 100\nrate_hz = 50\n[oops\n", &[]),
+        r#"
+scenario "wind.toml", line 1: this is not a value: put text in quotes
+scenario "wind.toml", line 3: this is not a value: give a number with a decimal point and without a unit, such as 90.0
+scenario "wind.toml", line 5: this is not TOML: duplicate key
+scenario "wind.toml", line 6: this is not TOML: unclosed table, expected `]`
+"#
+        .trim()
+    );
+}
+
+#[test]
+fn a_wrong_value_is_reported_once() {
+    for text in [
+        "start.uavs = 5",
+        "start = 5",
+        "formation.uavs = 'six'",
+        "[[start.uavs]]\nposition_m = [1, 2]",
+        "time.rate_hz = -1",
+        "time.rate_hz = 5000000000",
+        "airframe.speed_min_m_s = nan",
+        "obstacles = 'none'",
+    ] {
+        let mut whole: toml::Table = PRESET.parse().unwrap();
+        let broken: toml::Table = text.parse().unwrap();
+        for (section, values) in broken {
+            match (whole.get_mut(&section), values) {
+                (Some(toml::Value::Table(into)), toml::Value::Table(values)) => into.extend(values),
+                (_, values) => drop(whole.insert(section, values)),
+            }
+        }
+        let count = problems(&whole.to_string(), &[]).lines().count();
+        assert_eq!(count, if text.starts_with("[[") { 3 } else { 1 }, "{text}");
+    }
+}
+
+#[test]
+fn the_largest_seed_survives_writing_and_reading() {
+    let scenario = Scenario { seed: u64::MAX, ..Scenario::default() };
+    assert_eq!(Scenario::resolved(&scenario.to_toml()).unwrap(), scenario);
+}
+
+#[test]
+fn a_problem_has_its_place_and_its_key_as_data() {
+    let error = read("time.duration_s = 0", &[]).unwrap_err();
+    let [problem] = error.problems() else { panic!("one problem") };
+    assert_eq!((&problem.place, problem.key.as_deref()), (&Place::Line(1), Some("time.duration_s")));
+}
+
+proptest! {
+    #[test]
+    fn a_written_scenario_reads_back_to_the_last_bit(
+        spacing in 2.5..1e7_f64, gain in 1e-300..5e6_f64, bearing in -360.0..=360.0_f64,
+        places in prop::collection::vec(prop::array::uniform2(-1e7..1e7_f64), 0..7),
+        start in prop::array::uniform2(prop_oneof![Just(-0.0), Just(f64::MIN_POSITIVE / 3.0), -1e7..1e7_f64]),
+        clearance in prop::option::of(0.0..1e3_f64), seed: u64, description in "[^\\p{Cc}]*",
+    ) {
+        let mut scenario = Scenario { description, seed, ..Scenario::default() };
+        scenario.formation.spacing_m = spacing;
+        scenario.formation.bearing_deg = bearing;
+        scenario.control.formation_gain = gain;
+        scenario.leader.start_m = start;
+        scenario.requirements.clearance_min_m = clearance;
+        let obstacle = |(index, position_m)| ObstacleSection {
+            name: format!("\"{index}\\"), position_m, radius_m: gain, braking_distance_m: gain * 1.5,
+        };
+        scenario.sensing.range_m = 1e7;
+        scenario.obstacles = places.into_iter().enumerate().map(obstacle).collect();
+        let read = Scenario::resolved(&scenario.to_toml()).unwrap();
+        prop_assert_eq!(read.leader.start_m.map(f64::to_bits), start.map(f64::to_bits));
+        prop_assert_eq!(read, scenario);
+    }
+
+    #[test]
+    fn no_text_makes_the_reader_panic(
+        which: Index, changes in prop::collection::vec((any::<Index>(), any::<Option<u8>>(), 0_usize..20), 1..8),
+    ) {
+        let mut bytes = which.get(preset::all()).text.as_bytes().to_vec();
+        for (place, byte, length) in changes {
+            let start = place.index(bytes.len());
+            let end = (start + length).min(bytes.len());
+            bytes.splice(start..end, byte);
+            bytes.push(b'\n');
+        }
+        let text = String::from_utf8_lossy(&bytes);
+        if let Err(error) = read(&text, &["uavs=7", "obstacles.0.radius_m=3"]) {
+            prop_assert!(!error.problems().is_empty());
+            prop_assert_eq!(error.to_string().lines().count(), error.problems().len());
+        }
+    }
+
+    #[test]
+    fn no_override_makes_the_reader_panic(key in "[a-z_.0-9]{0,12}|start.uavs|obstacles.0|time", value in ".{0,12}") {
+        let _ = read(PRESET, &[&format!("x{key}={value}"), &format!("time.{key}={value}")]);
+        let setting = Setting::of_flag("--flag", &key, value);
+        let _ = Scenario::read(&Source::find("paper-4.2").unwrap(), &[setting]);
+    }
+}
+
+#[test]
+fn added_faults_must_be_possible_in_the_swarm() {
+    let with = |sentence: &str| Scenario::default().with_faults(&[sentence.parse().unwrap()]);
+    assert_eq!(with("at 30 s kill uav 3").unwrap().faults.len(), 1);
+    assert_eq!(
+        with("at 30 s kill uav 7").unwrap_err().to_string(),
+        "--fault \"at 30 s kill uav 7\": there is no uav 7: this run has UAVs 1 to 6"
+    );
+    let error = with("at 1 s link all delay file \"nowhere.txt\"").unwrap_err().to_string();
+    assert!(error.starts_with("scenario \"unnamed\": delay file \"nowhere.txt\": "), "{error}");
+}

@@ -1,0 +1,230 @@
+//! Checks every bound of every quantity of a scenario, and how quantities bound each other.
+//!
+//! Never sees a number that is not finite or too large to compute with: `read` refuses those.
+
+mod places;
+#[cfg(test)]
+mod tests;
+mod violation;
+
+pub(crate) use violation::Violation;
+
+use crate::Scenario;
+use ringwing_flight::payload::MAX_UAVS;
+use violation::{Quantity, quantity};
+
+/// The smallest ring: fewer UAVs than 3 have no two different neighbours.
+pub const UAVS_MIN: u32 = 3;
+/// The largest ring: a larger one does not fit the roster that the processes share.
+pub const UAVS_MAX: u32 = MAX_UAVS;
+/// The most bytes that may travel beside the messages of a tick. A larger payload would measure the bandwidth of memory
+/// instead of the transport.
+pub const PAYLOAD_MAX_BYTES: u32 = 65_536;
+/// A tick shorter than a millisecond leaves the processes of a swarm too little time to answer in real time.
+const RATE_MAX_HZ: f64 = 1000.0;
+/// A longer flight is a mistake; its log would not fit a disk.
+const DURATION_MAX_S: f64 = 24.0 * 3600.0;
+/// A longer timeout is a mistake: nothing would ever seem to happen.
+const TIMEOUT_MAX_S: f64 = 3600.0;
+/// A longer name, with the run's identifier behind it, makes unwieldy folders.
+const NAME_MAX: usize = 60;
+/// Shortest time, in ticks, after which a silent neighbour may count as lost. What a neighbour sends in one tick
+/// arrives in the next or the one after, so a shorter time would count healthy neighbours as lost.
+const LOSS_TICKS_MIN: u32 = 4;
+
+/// Everything that is impossible about `scenario`.
+pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
+    let mut violations = Vec::new();
+    violations.extend(name(scenario));
+    violations.extend(description(scenario));
+    violations.extend(time(scenario));
+    violations.extend(formation(scenario));
+    violations.extend(control(scenario));
+    violations.extend(membership(scenario));
+    violations.extend(leader(scenario));
+    violations.extend(airframe(scenario));
+    violations.extend(georeference(scenario));
+    violations.extend(supervision(scenario));
+    violations.extend(ipc(scenario));
+    violations.extend(requirements(scenario));
+    violations.extend(places::draw(scenario));
+    violations.extend(places::obstacles(scenario));
+    violations.extend(places::starts(scenario));
+    violations.extend(faults(scenario));
+    violations
+}
+
+/// The name becomes part of a folder's name, so it must be safe on every file system.
+fn name(scenario: &Scenario) -> Option<Violation> {
+    let name = &scenario.name;
+    let is_allowed = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+    let fault: String = if name.is_empty() {
+        "the name is empty".into()
+    } else if name.len() > NAME_MAX {
+        format!("the name has more than {NAME_MAX} characters")
+    } else if name.starts_with('.') {
+        "the name begins with a dot".into()
+    } else if !name.chars().all(is_allowed) {
+        "the name has characters other than letters, digits, \"-\", \"_\" and \".\"".into()
+    } else {
+        return None;
+    };
+    Some(Violation::at("name", format!("{fault}: give a name for a folder, such as \"paper-4.2\"")))
+}
+
+fn description(scenario: &Scenario) -> Option<Violation> {
+    let is_broken = scenario.description.chars().any(char::is_control);
+    let message = "the text has a line break or another control character: give one line";
+    is_broken.then(|| Violation::at("description", message))
+}
+
+fn time(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let duration = quantity("time.duration_s", scenario.time.duration_s);
+    let rate = quantity("time.rate_hz", scenario.time.rate_hz);
+    let bad_duration = duration.timeout(DURATION_MAX_S);
+    let no_tick =
+        (bad_duration.is_none() && scenario.time.rate_hz > 0 && scenario.last_tick() < 1).then(|| {
+            let short = format!("{} is less than one tick at {}", duration.measure(), rate.measure());
+            let message = format!("{short}: give a longer duration_s or a larger rate_hz");
+            Violation::at(duration.key, message.clone()).or_at(rate.key, message)
+        });
+    [bad_duration, rate.within(1.0..=RATE_MAX_HZ), no_tick].into_iter().flatten()
+}
+
+fn formation(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let formation = &scenario.formation;
+    let fewest = if scenario.ipc.few_uavs { 1 } else { UAVS_MIN };
+    [
+        quantity("formation.uavs", formation.uavs).within(f64::from(fewest)..=f64::from(UAVS_MAX)),
+        quantity("formation.spacing_m", formation.spacing_m).above_zero(),
+        angle("formation.bearing_deg", formation.bearing_deg),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+fn angle(key: &str, value_deg: f64) -> Option<Violation> {
+    quantity(key, value_deg).within(-360.0..=360.0)
+}
+
+fn control(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let control = &scenario.control;
+    [
+        quantity("control.formation_gain", control.formation_gain).above_zero(),
+        quantity("control.slot_gain", control.slot_gain).above_zero(),
+        quantity("control.obstacle_gain_m", control.obstacle_gain_m).not_below_zero(),
+        quantity("control.heading_gain_rad_per_m", control.heading_gain_rad_per_m).above_zero(),
+        quantity("control.trust_time_s", control.trust_time_s).timeout(TIMEOUT_MAX_S),
+        quantity("control.gain_reach_spacings", control.gain_reach_spacings).above_zero(),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+fn membership(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let membership = &scenario.membership;
+    let loss_timeout = quantity("membership.loss_timeout_s", membership.loss_timeout_s);
+    let too_short = || {
+        // The timeout has no effect while the ring stays open.
+        scenario.control.ring_closes.then(|| shorter_than(loss_timeout, LOSS_TICKS_MIN, scenario)).flatten()
+    };
+    [
+        loss_timeout.timeout(TIMEOUT_MAX_S).or_else(too_short),
+        quantity("membership.slots_move_s", membership.slots_move_s).within(0.0..=TIMEOUT_MAX_S),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+/// Refuses a time that is shorter than `ticks`; the rate may be blamed as well.
+fn shorter_than(time: Quantity<'_>, ticks: u32, scenario: &Scenario) -> Option<Violation> {
+    let rate = quantity("time.rate_hz", scenario.time.rate_hz);
+    let (span, are) = if ticks == 1 { ("1 tick".into(), "is") } else { (format!("{ticks} ticks"), "are") };
+    (time.value < f64::from(ticks) * scenario.period_s()).then(|| {
+        let short = format!("{} is shorter than {span} at {}", time.measure(), rate.beside(time.key));
+        let long = format!("at {}, {span} {are} longer than {}", rate.measure(), time.beside(rate.key));
+        Violation::at(time.key, format!("{short}: give a longer time"))
+            .or_at(rate.key, format!("{long}: give a larger rate"))
+    })
+}
+
+/// Assumption 1: the airframes can fly as fast and as slowly as the leader.
+fn leader(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let Scenario { leader, airframe, .. } = scenario;
+    let speed = quantity("leader.speed_m_s", leader.speed_m_s);
+    [
+        angle("leader.heading_deg", leader.heading_deg),
+        quantity("airframe.speed_min_m_s", airframe.speed_min_m_s).at_most(speed),
+        speed.at_most(quantity("airframe.speed_max_m_s", airframe.speed_max_m_s)),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+fn airframe(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let airframe = &scenario.airframe;
+    let speed_min = quantity("airframe.speed_min_m_s", airframe.speed_min_m_s);
+    let collision = quantity("airframe.collision_distance_m", airframe.collision_distance_m);
+    [
+        speed_min.above_zero(),
+        speed_min.below(quantity("airframe.speed_max_m_s", airframe.speed_max_m_s)),
+        quantity("airframe.turn_rate_max_rad_s", airframe.turn_rate_max_rad_s).above_zero(),
+        // A command arrives once per tick, so a shorter timeout would trigger the failsafe of a healthy UAV.
+        shorter_than(quantity("airframe.command_timeout_s", airframe.command_timeout_s), 1, scenario),
+        collision.not_below_zero(),
+        collision.below(quantity("formation.spacing_m", scenario.formation.spacing_m)),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+/// Near the poles, the local frame's axis to the east has no direction.
+fn georeference(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let georeference = &scenario.georeference;
+    [
+        quantity("georeference.latitude_deg", georeference.latitude_deg).within(-85.0..=85.0),
+        quantity("georeference.longitude_deg", georeference.longitude_deg).within(-180.0..=180.0),
+        quantity("georeference.altitude_m", georeference.altitude_m).within(-500.0..=100_000.0),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+fn supervision(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let supervision = &scenario.supervision;
+    [
+        quantity("supervision.start_timeout_s", supervision.start_timeout_s).timeout(TIMEOUT_MAX_S),
+        quantity("supervision.answer_timeout_s", supervision.answer_timeout_s).timeout(TIMEOUT_MAX_S),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+fn ipc(scenario: &Scenario) -> Option<Violation> {
+    quantity("ipc.payload_bytes", scenario.ipc.payload_bytes).within(0.0..=f64::from(PAYLOAD_MAX_BYTES))
+}
+
+fn requirements(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let required = &scenario.requirements;
+    [
+        ("requirements.clearance_min_m", required.clearance_min_m),
+        ("requirements.separation_min_m", required.separation_min_m),
+        ("requirements.settling_max_s", required.settling_max_s),
+        ("requirements.slot_error_max_m", required.slot_error_max_m),
+    ]
+    .into_iter()
+    .filter_map(|(key, value)| quantity(key, value?).not_below_zero())
+}
+
+/// A fault after the end of the flight is allowed: it never happens.
+fn faults(scenario: &Scenario) -> Vec<Violation> {
+    let mut violations = Vec::new();
+    for (index, fault) in scenario.faults.iter().enumerate() {
+        violations.extend(quantity(&format!("faults.{index}.at_s"), fault.at_s).not_below_zero());
+        if let Some(reason) = fault.action.refusal(scenario.formation.uavs) {
+            let action_key = format!("faults.{index}.do");
+            violations.push(Violation::at(action_key, &*reason).or_at("formation.uavs", reason));
+        }
+    }
+    violations
+}

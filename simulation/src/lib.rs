@@ -1,0 +1,44 @@
+//! A whole flight in one process: every agent, the leader, the world, every fault, and the measures of it all.
+//!
+//! [`Simulation`] flies tick by tick, by the very code that the processes run; [`fly`] flies a scenario to its end and
+//! measures it. The payload hash, the measures and the verdict are those of the processes in lockstep, to the bit.
+//!
+//! Never opens a file, starts a thread, reads a clock or waits: a flight is a function of its scenario.
+//!
+//! # What a process fault does
+//!
+//! The processes follow the same rules; `tests/simulation.rs` compares both.
+//!
+//! - The actions of tick k happen after tick k - 1 is complete and before the senses of tick k are published, one after
+//!   another in the order of the schedule. Each sees the effect of the one before.
+//! - A killed or stopped agent answered tick k - 1 last. What it sent then is still used.
+//! - A new process has no part in tick k - 1. It hears nothing that was sent before tick k, so in tick k it knows only
+//!   its own senses.
+//! - A frozen process keeps its memory. When it is thawed at tick t it first answers the tick that it finds open, t - 1,
+//!   unless it already has. It uses the newest samples for that tick and skips everything older that was sent while it
+//!   was frozen. Its late command is offered to the airframe, and not hashed.
+//! - A leader is a function of the tick alone, so a new one continues where the old one was. While there is none, or it
+//!   is frozen, agents go on by its last state.
+//! - The recorder never changes the flight. A killed or stopped world ends it before tick k.
+//! - A slow process makes all wait, and changes nothing.
+
+mod inputs;
+mod measurement;
+mod processes;
+mod simulation;
+
+pub use measurement::{Flown, fly};
+pub use simulation::Simulation;
+
+use ringwing_scenario::ScenarioError;
+
+/// Why a scenario cannot be flown here.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulationError {
+    /// The UAVs find no room to start.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A flight in real time depends on the wall clock.
+    #[error("scenario {0:?} flies in real time, which cannot be simulated: set time.real_time = false")]
+    RealTime(String),
+}

@@ -1,0 +1,56 @@
+//! Which processes of the run are there, and what a process fault does to one.
+//!
+//! Never knows what a process does: only whether it runs.
+
+use ringwing_flight::ProcessAction;
+
+/// Whether a process takes part in the flight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ProcessState {
+    /// Answers every tick.
+    Running,
+    /// Stopped by SIGSTOP: keeps its memory and answers nothing.
+    Frozen,
+    /// Not there.
+    Gone,
+}
+
+impl ProcessState {
+    /// The state after `action`, or why the action is refused: the same words that the launcher has for it.
+    pub(crate) fn after(self, action: ProcessAction) -> Result<Self, &'static str> {
+        use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
+        match (action, self) {
+            (Start, Self::Gone) | (Thaw, Self::Frozen) => Ok(Self::Running),
+            (Start, _) => Err("is there already"),
+            (_, Self::Gone) => Err("is gone already"),
+            (Thaw, Self::Running) => Err("is not frozen"),
+            (Freeze, Self::Frozen) => Err("is frozen already"),
+            (Stop, Self::Frozen) => Err("is frozen: thaw or kill it"),
+            (Freeze, Self::Running) => Ok(Self::Frozen),
+            (Kill { .. } | Stop, _) => Ok(Self::Gone),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frozen_process_can_be_killed_and_thawed_but_not_stopped() {
+        let frozen = ProcessState::Running.after(ProcessAction::Freeze).unwrap();
+        assert_eq!(frozen.after(ProcessAction::Thaw), Ok(ProcessState::Running));
+        assert_eq!(frozen.after(ProcessAction::Kill { returns: true }), Ok(ProcessState::Gone));
+        assert!(frozen.after(ProcessAction::Stop).is_err());
+        assert!(frozen.after(ProcessAction::Start).is_err());
+    }
+
+    #[test]
+    fn a_process_that_is_gone_can_only_be_started() {
+        let gone = ProcessState::Gone;
+        assert_eq!(gone.after(ProcessAction::Start), Ok(ProcessState::Running));
+        for action in [ProcessAction::Stop, ProcessAction::Freeze, ProcessAction::Thaw] {
+            assert_eq!(gone.after(action), Err("is gone already"));
+        }
+    }
+}

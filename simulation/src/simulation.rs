@@ -1,0 +1,297 @@
+//! The flight itself, tick by tick.
+
+use crate::{
+    SimulationError,
+    inputs::{AgentInputs, Air, Cursors},
+    processes::ProcessState,
+};
+use ringwing_agent::UavAgent;
+use ringwing_flight::{
+    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, Sensed, Tick, TimedEvent, UavId,
+    WorldReport,
+};
+use ringwing_leader::Path;
+use ringwing_scenario::{
+    Scenario,
+    fault::schedule::{LinkFault, ScheduledAction},
+    start,
+};
+use ringwing_world::{Airspace, Sky};
+use std::collections::VecDeque;
+
+/// One UAV's agent, and whether its process runs.
+#[derive(Debug, Clone)]
+struct Seat {
+    agent: UavAgent,
+    cursors: Cursors,
+    state: ProcessState,
+    /// The last tick that it answered, or that it has no part in.
+    answered: Tick,
+}
+
+/// A process that an agent does not fly: whether it runs, and how far it has come.
+#[derive(Debug, Clone, Copy)]
+struct Station {
+    state: ProcessState,
+    answered: Tick,
+}
+
+/// A flight in one process. It starts at the approach, one tick before tick 0.
+pub struct Simulation {
+    scenario: Scenario,
+    airspace: Airspace,
+    path: Path,
+    air: Air,
+    seats: Vec<Seat>,
+    leader: Station,
+    recorder: ProcessState,
+    /// A fault has ended the world.
+    is_world_ended: bool,
+    actions: VecDeque<ScheduledAction>,
+    announcements: VecDeque<TimedEvent>,
+    link_faults: Vec<LinkFault>,
+    /// Each UAV's account of the tick flown last; `None` where no agent answered with a command.
+    accounts: Vec<Option<Account>>,
+    /// Each UAV's senses in the tick flown last; `None` for one that has left the sky.
+    sensed: Vec<Option<Sensed>>,
+    links: Vec<LinkCounts>,
+    /// What happened in the tick flown last and on the way to it.
+    events: Vec<TimedEvent>,
+    /// What has happened since, on the way to the next tick.
+    pending: Vec<TimedEvent>,
+}
+
+impl Simulation {
+    /// The flight of `scenario`, which has been validated, before its first tick.
+    pub fn new(scenario: &Scenario) -> Result<Self, SimulationError> {
+        if scenario.time.real_time {
+            return Err(SimulationError::RealTime(scenario.name.clone()));
+        }
+        let starts = start::states(scenario)?;
+        let uavs = scenario.formation.uavs;
+        let schedule = scenario.schedule();
+        let mut simulation = Self {
+            airspace: Airspace::new(scenario, &starts),
+            path: Path::new(scenario),
+            air: Air::new(uavs),
+            seats: Vec::with_capacity(uavs as usize),
+            leader: Station { state: ProcessState::Running, answered: Tick(Tick::APPROACH.0 - 1) },
+            recorder: ProcessState::Running,
+            is_world_ended: false,
+            actions: schedule.scheduled_actions().into(),
+            announcements: schedule.announcements().into(),
+            link_faults: schedule.link_faults(),
+            accounts: vec![None; uavs as usize],
+            sensed: vec![None; uavs as usize],
+            links: Vec::new(),
+            events: Vec::new(),
+            pending: Vec::new(),
+            scenario: scenario.clone(),
+        };
+        simulation.seats = UavId::all(uavs).map(|uav| simulation.newcomer(uav)).collect();
+        Ok(simulation)
+    }
+
+    /// The scenario that is flown.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// The next tick to fly.
+    pub fn now(&self) -> Tick {
+        self.airspace.now()
+    }
+
+    /// The airframes and obstacles, at [`now`](Self::now).
+    pub fn sky(&self) -> &Sky {
+        self.airspace.sky()
+    }
+
+    /// Where the leader's path is at [`now`](Self::now), whether or not a leader flies it.
+    pub fn leader(&self) -> LeaderState {
+        self.path.at(self.now())
+    }
+
+    /// Whether UAV `uav`'s agent runs.
+    pub fn runs(&self, uav: UavId) -> bool {
+        self.seats[uav.index()].state == ProcessState::Running
+    }
+
+    /// Whether a fault has ended the world, and the flight with it.
+    pub fn is_world_ended(&self) -> bool {
+        self.is_world_ended
+    }
+
+    /// The account of `uav`'s agent in the tick flown last; `None` if it gave no command.
+    pub fn account(&self, uav: UavId) -> Option<&Account> {
+        self.accounts[uav.index()].as_ref()
+    }
+
+    /// What `uav` sensed in the tick flown last; `None` once it has left the sky.
+    pub fn sensed(&self, uav: UavId) -> Option<&Sensed> {
+        self.sensed[uav.index()].as_ref()
+    }
+
+    /// The newest leader state, if a leader flew the tick `flown`.
+    pub fn led(&self, flown: Tick) -> Option<&LeaderState> {
+        self.air.leader.newest().filter(|state| state.tick == flown)
+    }
+
+    /// What became of the samples on links with faults, as reported in the tick flown last.
+    pub fn links(&self) -> &[LinkCounts] {
+        &self.links
+    }
+
+    /// What happened in the tick flown last and on the way to it: announced faults first, then what the world saw, then
+    /// what was done to processes.
+    pub fn events(&self) -> &[TimedEvent] {
+        &self.events
+    }
+
+    /// The world's report of the flight so far; nothing in it depends on a wall clock.
+    pub fn report(&self) -> WorldReport {
+        self.airspace.report()
+    }
+
+    /// Flies the next tick: applies its faults, lets every running process answer it, and moves the airframes on unless
+    /// it was the last one. Returns whether it was flown and there is another one.
+    pub fn step(&mut self) -> bool {
+        let now = self.now();
+        self.collect_events(now);
+        while self.actions.front().is_some_and(|action| action.tick <= now.0) {
+            let Some(due) = self.actions.pop_front() else { break };
+            let event = self.act(due.part, due.action, due.sentence);
+            self.events.push(event);
+        }
+        if self.is_world_ended {
+            return false;
+        }
+        self.publish_sensed();
+        self.lead(now);
+        self.answer_all(now);
+        self.airspace.end_tick();
+        if self.airspace.is_over() {
+            return false;
+        }
+        let events = self.airspace.step();
+        let tick = self.now();
+        self.pending.extend(events.into_iter().map(|event| TimedEvent { tick, event }));
+        true
+    }
+
+    /// Does `action` to `part` before the next tick, as a fault of that tick would.
+    ///
+    /// A refused action, such as killing a process that is gone, changes nothing but the events.
+    pub fn apply(&mut self, part: Part, action: ProcessAction) {
+        let event = self.act(part, action, format!("{action:?} {part}"));
+        self.pending.push(event);
+    }
+
+    /// Starts the events of tick `now`: what was announced for it, and what happened on the way to it.
+    fn collect_events(&mut self, now: Tick) {
+        self.events.clear();
+        while self.announcements.front().is_some_and(|announced| announced.tick <= now) {
+            self.events.extend(self.announcements.pop_front());
+        }
+        self.events.append(&mut self.pending);
+    }
+
+    fn act(&mut self, part: Part, action: ProcessAction, sentence: String) -> TimedEvent {
+        let event = match self.try_act(part, action) {
+            Ok(()) => Event::ProcessFault { part, action, sentence },
+            Err(why) => Event::FaultRefused { part: Some(part), why: why.into(), sentence },
+        };
+        TimedEvent { tick: self.now(), event }
+    }
+
+    fn try_act(&mut self, part: Part, action: ProcessAction) -> Result<(), &'static str> {
+        match part {
+            Part::World => self.is_world_ended = true,
+            Part::Recorder => {
+                let after = self.recorder.after(action)?;
+                // A recorder that is to stay away is started again by its own fault; any other is replaced at once.
+                let is_replaced =
+                    matches!(action, ProcessAction::Kill { returns: false } | ProcessAction::Stop);
+                self.recorder = if is_replaced { ProcessState::Running } else { after };
+            }
+            Part::Leader => {
+                self.leader.state = self.leader.state.after(action)?;
+                match action {
+                    ProcessAction::Start => self.leader.answered = before(self.now()),
+                    ProcessAction::Thaw => self.lead(before(self.now())),
+                    _ => {}
+                }
+            }
+            Part::Agent(uav) => self.act_on_agent(uav, action)?,
+        }
+        Ok(())
+    }
+
+    fn act_on_agent(&mut self, uav: UavId, action: ProcessAction) -> Result<(), &'static str> {
+        let seat = &mut self.seats[uav.index()];
+        seat.state = seat.state.after(action)?;
+        match action {
+            ProcessAction::Start => self.seats[uav.index()] = self.newcomer(uav),
+            ProcessAction::Thaw => self.answer(uav, before(self.now())),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// An agent that starts now: its first tick is the next one.
+    fn newcomer(&self, uav: UavId) -> Seat {
+        let mut agent = UavAgent::new(&self.scenario, uav);
+        agent.set_faults(&self.link_faults);
+        let cursors = Cursors::of_newcomer(&self.air, uav, agent.listened());
+        Seat { agent, cursors, state: ProcessState::Running, answered: before(self.now()) }
+    }
+
+    fn publish_sensed(&mut self) {
+        self.sensed.fill(None);
+        for sensed in self.airspace.open_tick() {
+            self.air.sensed[sensed.uav.index()].push(sensed);
+            self.sensed[sensed.uav.index()] = Some(sensed);
+        }
+    }
+
+    /// Lets the leader answer `tick`, if it runs and has not answered it yet.
+    fn lead(&mut self, tick: Tick) {
+        if self.leader.state == ProcessState::Running && self.leader.answered < tick {
+            self.leader.answered = tick;
+            self.air.leader.push(self.path.at(tick));
+        }
+    }
+
+    fn answer_all(&mut self, now: Tick) {
+        self.links.clear();
+        self.accounts.fill(None);
+        for uav in UavId::all(self.seats.len() as u32) {
+            self.answer(uav, now);
+        }
+    }
+
+    /// Lets the agent of `uav` answer `tick`, if it runs and has not answered it yet.
+    fn answer(&mut self, uav: UavId, tick: Tick) {
+        let Self { seats, air, links, .. } = self;
+        let seat = &mut seats[uav.index()];
+        if seat.state != ProcessState::Running || seat.answered >= tick {
+            return;
+        }
+        seat.answered = tick;
+        let mut inputs = AgentInputs { uav, air, cursors: &mut seat.cursors };
+        let Ok(()) = seat.agent.receive(tick, &mut inputs);
+        links.extend(seat.agent.link_counts(tick));
+        let answer = seat.agent.fly(tick);
+        let Ok(()) = seat.agent.update_inputs(&mut inputs);
+        if let Some(state) = answer.state {
+            air.states[uav.index()].push(state);
+        }
+        self.accounts[uav.index()] = answer.account;
+        // The airframe checks for itself what it takes; a refusal is counted.
+        let _ = self.airspace.take(uav, &answer.command);
+    }
+}
+
+fn before(tick: Tick) -> Tick {
+    Tick(tick.0 - 1)
+}

@@ -1,0 +1,305 @@
+//! The faults of a run: which are due, which are being applied, and what those who asked for them are told.
+//!
+//! Must never touch a process, a socket, a clock or the bus: the supervisor applies what this queue hands out.
+//!
+//! Actions that are due before the same tick are applied in the order of their faults, and those of one fault in the order
+//! of its targets. Neighbours in that order that do the same thing form a batch: all of a batch are applied at once, and
+//! the next batch waits until every one of them shows. So `kill uav 1` and `kill uav 2` cost one wait, while `freeze uav 1`
+//! after `kill uav 1` is judged by what the kill has left.
+//!
+//! In lockstep the world holds every tick before which something is due, so each action takes effect at exactly its
+//! tick. In real time it takes effect as soon as its tick has come.
+
+#[cfg(test)]
+mod tests;
+
+use ringwing_flight::{Event, Pace, Part, Roster, Tick, TimedEvent};
+use ringwing_scenario::{
+    Action, Fault, Scenario,
+    fault::{Delay, LinkImpairment, Links, schedule::ScheduledAction},
+};
+use std::{collections::VecDeque, mem, str::FromStr};
+
+/// In real time, how long before it begins a link fault is made known, so that every agent has read it by then. With a
+/// shorter notice a busy agent learns of it too late; a longer one only delays what the user asked for.
+const NOTICE_S: f64 = 0.1;
+/// No tick comes before this one: while it is the limit, the world holds the next tick, whichever that is.
+const BEFORE_ALL_TICKS: Tick = Tick(i64::MIN);
+
+/// The faults of a run. `R` is whatever answers the one who asked for a fault while the run goes on.
+#[derive(Debug)]
+pub(super) struct FaultQueue<'a, R> {
+    scenario: &'a Scenario,
+    /// Every fault so far: the scenario's, then those that were added while the run goes on.
+    faults: Vec<Fault>,
+    /// What is still to be applied, in order.
+    due: VecDeque<ScheduledAction>,
+    /// The batch that is being applied.
+    under_way: Vec<ScheduledAction>,
+    /// What is still to be logged about links and slow processes, in order of ticks.
+    announcements: VecDeque<Announcement>,
+    /// Requests that wait for the world to hold.
+    waiting: Vec<LiveRequest<R>>,
+    /// Requests that have become faults and are answered once those are applied.
+    accepted: Vec<AcceptedRequest<R>>,
+    /// The last tick that was released.
+    released: Option<Tick>,
+    /// The world may open ticks before this one only.
+    free_before: Tick,
+}
+
+/// A request for a fault while the run goes on.
+#[derive(Debug)]
+pub(super) struct LiveRequest<R> {
+    /// What is asked for, as `ringwing fault` sends it.
+    pub(super) sentence: String,
+    /// Who asked.
+    pub(super) reply: R,
+}
+
+/// A request that has become a fault.
+#[derive(Debug)]
+struct AcceptedRequest<R> {
+    reply: R,
+    fault: Fault,
+    /// What of it was refused, and why.
+    refusals: Vec<String>,
+}
+
+/// An event about links or slow processes that is logged when its tick comes.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Announcement {
+    /// The event with its tick.
+    pub(super) event: TimedEvent,
+    /// Whether the fault was added while the run goes on. The recorder knows the scenario's faults by itself.
+    pub(super) is_live: bool,
+}
+
+impl<'a, R> FaultQueue<'a, R> {
+    /// The faults of `scenario`, none of them applied.
+    pub(super) fn new(scenario: &'a Scenario) -> Self {
+        let schedule = scenario.schedule();
+        let announcement = |event| Announcement { event, is_live: false };
+        let mut queue = Self {
+            scenario,
+            faults: scenario.faults.clone(),
+            due: schedule.scheduled_actions().into(),
+            under_way: Vec::new(),
+            announcements: schedule.announcements().into_iter().map(announcement).collect(),
+            waiting: Vec::new(),
+            accepted: Vec::new(),
+            released: None,
+            free_before: BEFORE_ALL_TICKS,
+        };
+        queue.free_before = queue.next_limit();
+        queue
+    }
+
+    /// Whether something is going on that should show within moments.
+    pub(super) fn is_busy(&self) -> bool {
+        !(self.under_way.is_empty() && self.waiting.is_empty() && self.accepted.is_empty())
+    }
+
+    /// The world may open ticks before this one only: something has to be applied first.
+    ///
+    /// This stays as it is while the actions of a tick are applied, so that no roster which is published meanwhile lets
+    /// the world go on: it moves when that tick is released.
+    pub(super) fn free_before(&self) -> Tick {
+        self.free_before
+    }
+
+    fn next_limit(&self) -> Tick {
+        let unbounded = Roster::empty().free_before;
+        match self.scenario.pace() {
+            Pace::RealTime => unbounded,
+            Pace::Lockstep if !self.waiting.is_empty() => BEFORE_ALL_TICKS,
+            Pace::Lockstep => self.due.front().map_or(unbounded, |first| Tick(first.tick)),
+        }
+    }
+
+    /// Whether faults may be applied before `now`. In lockstep a tick that was released is past.
+    pub(super) fn is_open(&self, now: Tick) -> bool {
+        self.released != Some(now)
+    }
+
+    /// The faults that were added while the run goes on.
+    pub(super) fn added(&self) -> &[Fault] {
+        &self.faults[self.scenario.faults.len()..]
+    }
+
+    /// Hands over what is to be logged by `now`.
+    pub(super) fn take_announcements(&mut self, now: Tick) -> Vec<Announcement> {
+        let count = self.announcements.iter().take_while(|one| one.event.tick <= now).count();
+        self.announcements.drain(..count).collect()
+    }
+
+    // --- applying ---
+
+    /// Ends the batch under way, if `has_settled` says of each of its processes that the action shows. Returns the
+    /// events to log, or `None` while some action does not show.
+    pub(super) fn finish_batch(&mut self, has_settled: impl Fn(Part) -> bool) -> Option<Vec<Event>> {
+        if !self.under_way.iter().all(|scheduled| has_settled(scheduled.part)) {
+            return None;
+        }
+        Some(mem::take(&mut self.under_way).into_iter().map(applied).collect())
+    }
+
+    /// Takes the next batch that is due at `now`: empty if nothing is. The one before must be finished.
+    pub(super) fn take_batch(&mut self, now: Tick) -> Vec<ScheduledAction> {
+        assert!(self.under_way.is_empty(), "the batch before is not finished: {:?}", self.under_way);
+        let Some(first) = self.due.front() else { return Vec::new() };
+        let kind = mem::discriminant(&first.action);
+        let is_in_batch = |scheduled: &&ScheduledAction| {
+            scheduled.tick <= now.0 && mem::discriminant(&scheduled.action) == kind
+        };
+        let count = self.due.iter().take_while(is_in_batch).count();
+        self.due.drain(..count).collect()
+    }
+
+    /// Notes that `scheduled` is being applied.
+    pub(super) fn note_applied(&mut self, scheduled: ScheduledAction) {
+        self.under_way.push(scheduled);
+    }
+
+    /// Notes that `scheduled` cannot be applied, because its process `why`; returns the event to log.
+    pub(super) fn note_refused(&mut self, scheduled: ScheduledAction, why: &str) -> Event {
+        let ScheduledAction { part, sentence, .. } = scheduled;
+        for request in &mut self.accepted {
+            if request.fault.action.to_string() == sentence {
+                request.refusals.push(format!("{part} {why}"));
+            }
+        }
+        Event::FaultRefused { part: Some(part), why: why.into(), sentence }
+    }
+
+    /// Notes that all is done that is due before `now`; returns whom to answer, and what.
+    pub(super) fn release(&mut self, now: Tick) -> Vec<(R, String)> {
+        if self.scenario.pace() == Pace::Lockstep {
+            self.released = Some(now);
+        }
+        self.free_before = self.next_limit();
+        let scenario = self.scenario;
+        let is_done = |request: &mut AcceptedRequest<R>| tick_of(scenario, &request.fault) <= now;
+        let done: Vec<_> = self.accepted.extract_if(.., is_done).collect();
+        let answered = |request: AcceptedRequest<R>| {
+            let text = answer(scenario, &request);
+            (request.reply, text)
+        };
+        done.into_iter().map(answered).collect()
+    }
+
+    // --- live requests ---
+
+    /// Takes in a request, to be decided once faults can be applied.
+    pub(super) fn submit(&mut self, request: LiveRequest<R>) {
+        self.waiting.push(request);
+        self.free_before = self.next_limit();
+    }
+
+    /// Hands over the requests that wait, to be decided now, each with [`FaultQueue::decide`].
+    pub(super) fn take_requests(&mut self) -> Vec<LiveRequest<R>> {
+        mem::take(&mut self.waiting)
+    }
+
+    /// Turns `request` into a fault from `now` on and returns the event to log; or returns the request with the reason
+    /// why that cannot be.
+    pub(super) fn decide(
+        &mut self,
+        request: LiveRequest<R>,
+        now: Tick,
+    ) -> Result<Event, (LiveRequest<R>, String)> {
+        let action = match self.parse(&request.sentence, now) {
+            Ok(action) => action,
+            Err(why) => return Err((request, why)),
+        };
+        let begin = Tick(now.0 + self.notice_ticks());
+        let fault = Fault { at_s: begin.seconds(self.scenario.time.rate_hz), action };
+        let event = Event::FaultRequested { sentence: fault.to_string() };
+        self.faults.push(fault.clone());
+        self.enqueue(&fault, begin);
+        self.accepted.push(AcceptedRequest { reply: request.reply, fault, refusals: Vec::new() });
+        Ok(event)
+    }
+
+    /// How many ticks after the decision a fault begins.
+    fn notice_ticks(&self) -> i64 {
+        match self.scenario.pace() {
+            // The world holds the tick, and every agent reads the new faults before it answers that.
+            Pace::Lockstep => 0,
+            Pace::RealTime => (NOTICE_S * f64::from(self.scenario.time.rate_hz)).ceil() as i64 + 1,
+        }
+    }
+
+    fn parse(&self, sentence: &str, now: Tick) -> Result<Action, String> {
+        let action: Action = sentence.parse().map_err(|error: <Action as FromStr>::Err| error.to_string())?;
+        if let Some(why) = action.refusal(self.scenario.formation.uavs) {
+            return Err(why);
+        }
+        match &action {
+            Action::Heal(links) if !self.is_healable(links, now) => Err("there is nothing to heal".into()),
+            Action::Link { trouble: LinkImpairment::Delay(Delay::File(_)), .. } => {
+                Err("the run reads no files: `ringwing fault` reads a file of delays and sends what is in it"
+                    .into())
+            }
+            _ => Ok(action),
+        }
+    }
+
+    /// Whether a fault of `links` is on at `now`.
+    fn is_healable(&self, links: &Links, now: Tick) -> bool {
+        let faults = self.scenario.schedule_of(&self.faults).link_faults();
+        faults.iter().any(|fault| fault.is_on(now.0) && (*links == Links::All || *links == fault.links))
+    }
+
+    /// Puts the actions and announcements of a new fault, which begins at `begin`, behind those of the same ticks.
+    fn enqueue(&mut self, fault: &Fault, begin: Tick) {
+        let alone = self.scenario.schedule_of(std::slice::from_ref(fault));
+        let mut events = alone.announcements();
+        // What a healing ends are other faults' announcements, which come to light only beside those faults.
+        if let Action::Heal(_) = fault.action {
+            let all = self.scenario.schedule_of(&self.faults).announcements();
+            let is_healed =
+                |one: &TimedEvent| one.tick == begin && matches!(one.event, Event::FaultHealed { .. });
+            events.extend(all.into_iter().filter(is_healed));
+        }
+        self.due.extend(alone.scheduled_actions());
+        self.due.make_contiguous().sort_by_key(|scheduled| scheduled.tick);
+        self.announcements.extend(events.into_iter().map(|event| Announcement { event, is_live: true }));
+        self.announcements.make_contiguous().sort_by_key(|one| one.event.tick);
+    }
+
+    /// A line for each fault that is in force at `now` or still to come.
+    pub(super) fn list(&self, now: Tick) -> String {
+        let rate_hz = self.scenario.time.rate_hz;
+        let links = self.scenario.schedule_of(&self.faults).link_faults();
+        let lasting = links.iter().filter(|fault| fault.end.is_none_or(|end| end > now.0));
+        let link_lines = lasting.map(|fault| {
+            let when = if fault.is_on(now.0) { "since" } else { "from" };
+            format!("{when} {:.2} s: {}", Tick(fault.begin).seconds(rate_hz), fault.sentence)
+        });
+        let process_lines = self.due.iter().map(|scheduled| {
+            let text = self.scenario.event_text(&applied(scheduled.clone()));
+            format!("at {:.2} s: {text}", Tick(scheduled.tick).seconds(rate_hz))
+        });
+        let lines: Vec<String> = link_lines.chain(process_lines).collect();
+        if lines.is_empty() { "none".into() } else { lines.join("\n") }
+    }
+}
+
+/// The event that logs `scheduled` as applied.
+fn applied(scheduled: ScheduledAction) -> Event {
+    let ScheduledAction { part, action, sentence, .. } = scheduled;
+    Event::ProcessFault { part, action, sentence }
+}
+
+/// The tick at which `fault` begins.
+fn tick_of(scenario: &Scenario, fault: &Fault) -> Tick {
+    Tick(scenario.schedule().tick(fault.at_s))
+}
+
+/// What the one who sent `request` is told about it.
+fn answer<R>(scenario: &Scenario, request: &AcceptedRequest<R>) -> String {
+    let AcceptedRequest { fault, refusals, .. } = request;
+    let done = format!("tick {}, {:.2} s: {}", tick_of(scenario, fault).0, fault.at_s, fault.action);
+    if refusals.is_empty() { done } else { format!("refused: {} ({done})", refusals.join(", ")) }
+}

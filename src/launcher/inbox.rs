@@ -1,0 +1,222 @@
+//! Everything that the launcher waits for comes in here: changes of its processes, the user's signals, requests for
+//! faults, and ticks that the world holds. One thread for each source turns it into [`Notice`]s.
+//!
+//! Must never act on a notice: the supervisor takes one after the other.
+
+use super::{LaunchError, fault_queue::LiveRequest};
+use ringwing_bus::Gate;
+use ringwing_flight::ProcessEnd;
+use rustix::{
+    event::{PollFd, PollFlags, poll},
+    io::Errno,
+    process::{Pid, PidfdFlags, WaitOptions, WaitStatus, pidfd_open, wait},
+};
+use signal_hook::{
+    consts::{SIGHUP, SIGINT, SIGTERM},
+    iterator::Signals,
+};
+use std::{
+    io::{self, BufRead, BufReader, Read, Write},
+    os::unix::net::{UnixListener, UnixStream},
+    path::Path,
+    sync::mpsc::{Receiver, Sender, channel},
+    thread,
+    time::Duration,
+};
+
+/// How long a client may take to send its request. It blocks all others meanwhile, so this is short; a client sends one
+/// line as soon as it has connected.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(2);
+/// Longest request. A sentence with a file of delays in it has some kilobytes; more than this is not a sentence.
+const REQUEST_BYTES: u64 = 1 << 20;
+/// How often the thread that waits for holds looks whether the flight is over. Longer delays the end of that thread;
+/// shorter costs wake-ups during the flight.
+const CLOSED_GATE_CHECK: Duration = Duration::from_millis(50);
+/// How long the reaper sleeps while the launcher has no child. A child that ends at once is noticed this much later.
+const NO_CHILD_PAUSE: Duration = Duration::from_millis(2);
+
+/// Something that the launcher reacts to.
+#[derive(Debug)]
+pub(super) enum Notice {
+    /// A process ended, stopped or continued.
+    Process {
+        /// Its process id.
+        pid: u32,
+        /// What happened to it.
+        change: ProcessChange,
+    },
+    /// The user wants the run to end.
+    Interrupt,
+    /// The world holds a tick until a fault is applied.
+    Held,
+    /// Somebody asks for a fault, or for the list of faults.
+    Request(LiveRequest<Reply>),
+}
+
+/// What happened to a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ProcessChange {
+    /// It ended.
+    Ended(ProcessEnd),
+    /// A signal stopped it.
+    Stopped,
+    /// A signal let it run on.
+    Continued,
+}
+
+/// Answers a request.
+#[derive(Debug)]
+pub(super) struct Reply(UnixStream);
+
+impl Reply {
+    /// Sends `answer` and hangs up.
+    pub(super) fn send(mut self, answer: &str) {
+        // A client that has left does not want the answer.
+        let _ = writeln!(self.0, "{answer}");
+    }
+}
+
+/// Collects notices from all sources, in the order they come.
+pub(super) struct Inbox {
+    sender: Sender<Notice>,
+    receiver: Receiver<Notice>,
+}
+
+impl Inbox {
+    /// Begins to watch children and signals.
+    pub(super) fn open() -> Result<Self, LaunchError> {
+        let (sender, receiver) = channel();
+        let children = sender.clone();
+        spawn_thread("the thread that waits for processes", move || report_children(&children))?;
+        let failed = |source| LaunchError::Spawn { what: "the signal handler".into(), source };
+        let signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(failed)?;
+        let user = sender.clone();
+        spawn_thread("the thread that waits for signals", move || report_signals(signals, &user))?;
+        Ok(Self { sender, receiver })
+    }
+
+    /// The next notice, if one comes within `limit`.
+    pub(super) fn next(&self, limit: Duration) -> Option<Notice> {
+        self.receiver.recv_timeout(limit).ok()
+    }
+
+    /// Begins to watch for ticks that the world holds.
+    pub(super) fn watch_holds(&self, gate: Gate) -> Result<(), LaunchError> {
+        let inbox = self.sender.clone();
+        spawn_thread("the thread that waits for the world to hold", move || report_holds(&gate, &inbox))
+    }
+
+    /// Begins to listen for requests at the socket `path`.
+    pub(super) fn watch_requests(&self, path: &Path) -> Result<(), LaunchError> {
+        let failed = |source| LaunchError::Spawn { what: "the socket for requests".into(), source };
+        let listener = UnixListener::bind(path).map_err(failed)?;
+        let inbox = self.sender.clone();
+        spawn_thread("the thread that waits for requests", move || report_requests(&listener, &inbox))
+    }
+
+    /// Begins to watch the process `pid` for its end, because it is not a child of the launcher.
+    pub(super) fn watch_stranger(&self, pid: u32) -> Result<(), LaunchError> {
+        let inbox = self.sender.clone();
+        spawn_thread("the thread that watches a process", move || {
+            wait_for_end(pid);
+            // A launcher that has left does not want the notice.
+            let _ = inbox.send(Notice::Process { pid, change: ProcessChange::Ended(ProcessEnd::Unknown) });
+        })
+    }
+}
+
+fn spawn_thread(what: &str, run: impl FnOnce() + Send + 'static) -> Result<(), LaunchError> {
+    let failed = |source| LaunchError::Spawn { what: what.into(), source };
+    thread::Builder::new().spawn(run).map(drop).map_err(failed)
+}
+
+fn report_children(inbox: &Sender<Notice>) {
+    loop {
+        match wait(WaitOptions::UNTRACED | WaitOptions::CONTINUED) {
+            Ok(Some((pid, status))) => {
+                let pid = pid.as_raw_nonzero().get().cast_unsigned();
+                if inbox.send(Notice::Process { pid, change: change_of(status) }).is_err() {
+                    return;
+                }
+            }
+            Ok(None) | Err(_) => thread::sleep(NO_CHILD_PAUSE),
+        }
+    }
+}
+
+fn change_of(status: WaitStatus) -> ProcessChange {
+    match (status.exit_status(), status.terminating_signal()) {
+        (Some(code), _) => ProcessChange::Ended(ProcessEnd::Exited(code)),
+        (_, Some(signal)) => ProcessChange::Ended(ProcessEnd::Killed(signal)),
+        _ if status.continued() => ProcessChange::Continued,
+        _ => ProcessChange::Stopped,
+    }
+}
+
+fn report_signals(mut signals: Signals, inbox: &Sender<Notice>) {
+    for _ in signals.forever() {
+        if inbox.send(Notice::Interrupt).is_err() {
+            return;
+        }
+    }
+}
+
+fn report_holds(gate: &Gate, inbox: &Sender<Notice>) {
+    let mut seen = 0;
+    while !gate.is_closed() {
+        let holds = gate.wait_for_hold(seen, CLOSED_GATE_CHECK);
+        let is_new = std::mem::replace(&mut seen, holds) != holds;
+        if is_new && inbox.send(Notice::Held).is_err() {
+            return;
+        }
+    }
+}
+
+fn report_requests(listener: &UnixListener, inbox: &Sender<Notice>) {
+    // A client that hangs up or sends no text in time gets no answer.
+    for request in listener.incoming().filter_map(|stream| read_request(stream.ok()?).ok()) {
+        if inbox.send(Notice::Request(request)).is_err() {
+            return;
+        }
+    }
+}
+
+fn read_request(stream: UnixStream) -> io::Result<LiveRequest<Reply>> {
+    stream.set_read_timeout(Some(REQUEST_TIMEOUT))?;
+    let mut line = String::new();
+    BufReader::new(stream.try_clone()?.take(REQUEST_BYTES)).read_line(&mut line)?;
+    Ok(LiveRequest { sentence: line.trim().to_owned(), reply: Reply(stream) })
+}
+
+/// Waits until the process `pid` has ended; returns at once if it does not exist.
+fn wait_for_end(pid: u32) {
+    let process = Pid::from_raw(pid.cast_signed()).and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
+    if let Some(process) = process {
+        while poll(&mut [PollFd::new(&process, PollFlags::IN)], None) == Err(Errno::INTR) {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_request_is_one_line_and_its_sender_gets_the_answer() {
+        let (mut client, server) = UnixStream::pair().unwrap();
+        writeln!(client, " kill uav 3 ").unwrap();
+        let request = read_request(server).unwrap();
+        assert_eq!(request.sentence, "kill uav 3");
+        request.reply.send("tick 5: done");
+        let mut answer = String::new();
+        client.read_to_string(&mut answer).unwrap();
+        assert_eq!(answer, "tick 5: done\n");
+    }
+
+    #[test]
+    fn the_end_of_a_process_that_is_not_a_child_is_waited_for() {
+        let mut child = std::process::Command::new("sleep").arg("0.05").spawn().unwrap();
+        wait_for_end(child.id());
+        assert!(child.try_wait().unwrap().is_some_and(|status| status.success()));
+        wait_for_end(child.id());
+    }
+}

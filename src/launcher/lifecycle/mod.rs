@@ -1,0 +1,501 @@
+//! The life of one process of a run, as a state machine: absent, starting, ready, frozen, asked to end, absent again.
+//!
+//! Must never start, signal or watch a process, and never read a clock. Time comes in as an argument, counted from any
+//! moment that stays the same; what there is to do comes out as [`Effect`]s, which the supervisor carries out.
+
+#[cfg(test)]
+mod tests;
+
+use ringwing_flight::{AfterLoss, Event, Part, ProcessAction, ProcessEnd};
+use std::time::Duration;
+
+/// A recorder that takes over copies its predecessor's log before it is ready, which takes as long as the log is large:
+/// its start may take this many times as long as any other. A smaller factor kills recorders of long flights in vain.
+const START_LIMITS_PER_COPY: u32 = 30;
+
+/// How patient the launcher is with a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct SupervisionLimits {
+    /// How long a process may take to become ready.
+    pub(super) start: Duration,
+    /// How long the world or the leader may stay frozen if no fault asked for that.
+    pub(super) freeze: Duration,
+    /// How many times a lost leader or recorder is replaced.
+    pub(super) replacements: u32,
+}
+
+/// How far the run is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum RunStage {
+    /// The processes start; the world has no roster yet.
+    Preparing,
+    /// The world has a roster and flies.
+    Flying,
+    /// The flight has ended or failed. Processes now end because they should.
+    Over,
+}
+
+/// What happens to a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Input {
+    /// The launcher has spawned it.
+    Spawned {
+        /// Its process id.
+        pid: u32,
+    },
+    /// The process has announced at the gate that it is ready. It is the spawned one, or, where there is none, one that
+    /// the user started by hand.
+    Ready {
+        /// Its process id.
+        pid: u32,
+    },
+    /// A signal has stopped it.
+    Stopped,
+    /// A signal lets it run on.
+    Continued,
+    /// It has ended.
+    Ended(ProcessEnd),
+    /// A fault asks for this, and [`Lifecycle::refusal`] has nothing against it.
+    Asked(ProcessAction),
+    /// The launcher ends it without ceremony, because the run is over.
+    Killed,
+    /// Time has passed.
+    ClockTicked,
+}
+
+/// What the supervisor has to do, in the given order.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Effect {
+    /// Log this event.
+    Log(Event),
+    /// Send a signal.
+    Signal {
+        /// To this process.
+        pid: u32,
+        /// This one.
+        signal: ProcessSignal,
+    },
+    /// Spawn a process and report it as [`Input::Spawned`].
+    Spawn,
+    /// Watch this process for its end: it is not the launcher's child.
+    Watch {
+        /// The process.
+        pid: u32,
+    },
+    /// Remove what the process left in shared memory.
+    CleanUp {
+        /// Whether a fault asked for the end. Then what the process sent belongs to the experiment, and its readers need
+        /// it for some more ticks.
+        is_planned: bool,
+    },
+    /// Tell the world who runs.
+    PublishRoster,
+    /// End the run, which has failed for this reason.
+    EndRun(String),
+    /// Let the flight go on; the run has failed for this reason all the same.
+    FailAtEnd(String),
+}
+
+/// The signals that the launcher sends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ProcessSignal {
+    /// SIGKILL.
+    Kill,
+    /// SIGTERM.
+    Terminate,
+    /// SIGSTOP.
+    Stop,
+    /// SIGCONT.
+    Continue,
+}
+
+/// A process of the run, whether it exists at the moment or not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Lifecycle {
+    part: Part,
+    limits: SupervisionLimits,
+    is_by_hand: bool,
+    phase: Phase,
+    /// What a fault asked for, as long as it lasts.
+    requested: Option<Requested>,
+    /// What a fault asked for and does not show yet.
+    pending: Option<ProcessAction>,
+    /// A fault thawed this process.
+    was_thawed: bool,
+    replacements: u32,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// There is no process: not yet, no longer, or not at all in this run.
+    Absent,
+    /// There is no process yet; the user is to start it by hand.
+    Awaited,
+    /// The process opens its ports.
+    Starting(LiveProcess),
+    /// The process takes part, unless it is frozen.
+    Ready(LiveProcess),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct LiveProcess {
+    pid: u32,
+    /// Started by hand: the launcher is not its parent.
+    is_adopted: bool,
+    /// Stopped by a signal.
+    is_frozen: bool,
+    /// When it was spawned, frozen, thawed or signalled last: what its time limits count from.
+    since: Duration,
+}
+
+/// A fault's lasting effect on a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Requested {
+    /// It ends, or has ended.
+    End {
+        /// The same fault starts it again later.
+        returns: bool,
+    },
+    /// It stays frozen.
+    Freeze,
+}
+
+impl Lifecycle {
+    /// A process that has not been spawned yet, and will not be if the user starts it by hand.
+    pub(super) fn new(part: Part, limits: SupervisionLimits, is_by_hand: bool) -> Self {
+        let phase = if is_by_hand { Phase::Awaited } else { Phase::Absent };
+        Self {
+            part,
+            limits,
+            is_by_hand,
+            phase,
+            requested: None,
+            pending: None,
+            was_thawed: false,
+            replacements: 0,
+        }
+    }
+
+    /// The process id, if the process exists.
+    pub(super) fn pid(&self) -> Option<u32> {
+        self.live().map(|live| live.pid)
+    }
+
+    /// Whether the process, or the user who is to start it, is waited for.
+    pub(super) fn is_starting(&self) -> bool {
+        matches!(self.phase, Phase::Starting(_) | Phase::Awaited)
+    }
+
+    /// Whether a signal has stopped it.
+    pub(super) fn is_frozen(&self) -> bool {
+        self.live().is_some_and(|live| live.is_frozen)
+    }
+
+    /// Whether it takes part in the flight now.
+    pub(super) fn is_running(&self) -> bool {
+        matches!(self.phase, Phase::Ready(live) if !live.is_frozen)
+    }
+
+    /// Whether a fault thawed it. Such a process answers the tick that was open before, and the world waits for that.
+    pub(super) fn was_thawed(&self) -> bool {
+        self.was_thawed
+    }
+
+    /// Whether the world may wait for this recorder to read.
+    ///
+    /// A recorder that is frozen by accident keeps its buffers, so the world waits for it as for one that lags. If a
+    /// fault froze it, the flight goes on.
+    pub(super) fn is_reading(&self) -> bool {
+        matches!(self.phase, Phase::Ready(live) if !live.is_frozen || self.requested.is_none())
+    }
+
+    /// Whether time has to stand still in lockstep until this process is back.
+    pub(super) fn holds_flight(&self) -> bool {
+        match self.part {
+            Part::Leader => !self.is_running() && self.requested.is_none(),
+            Part::Recorder => self.is_starting(),
+            Part::World | Part::Agent(_) => false,
+        }
+    }
+
+    /// Whether a fault's action on it does not show yet.
+    pub(super) fn has_pending_action(&self) -> bool {
+        self.pending.is_some()
+    }
+
+    /// Who may announce itself as ready at this moment.
+    pub(super) fn expects(&self) -> Attendant {
+        match self.phase {
+            Phase::Starting(live) => Attendant::Child(live.pid),
+            Phase::Absent | Phase::Awaited => Attendant::Stranger,
+            Phase::Ready(_) => Attendant::Nobody,
+        }
+    }
+
+    /// Why a fault cannot do `action` to this process now, if it cannot.
+    pub(super) fn refusal(&self, action: ProcessAction) -> Option<&'static str> {
+        use ProcessAction::{Freeze, Start, Stop, Thaw};
+        match (action, self.live()) {
+            (Start, Some(_)) => Some("is there already"),
+            (Start, None) => self.is_by_hand.then_some("is started by hand"),
+            (_, None) => Some("is gone already"),
+            (Freeze | Thaw, Some(live)) if live.is_adopted => {
+                Some("was started by hand, so the launcher cannot see it freeze")
+            }
+            (Thaw, Some(live)) if !live.is_frozen => Some("is not frozen"),
+            (Freeze, Some(live)) if live.is_frozen => Some("is frozen already"),
+            // It would not see the signal before somebody thaws it.
+            (Stop, Some(live)) if live.is_frozen => Some("is frozen: thaw or kill it"),
+            _ => None,
+        }
+    }
+
+    /// Takes in what happened at `now`, in a run that is at `stage`; returns what there is to do about it.
+    ///
+    /// # Panics
+    /// On an input that this process cannot have: a bug of the caller.
+    pub(super) fn on(&mut self, input: Input, now: Duration, stage: RunStage) -> Vec<Effect> {
+        let effects = match input {
+            Input::Spawned { pid } => self.on_spawned(pid, now),
+            Input::Ready { pid } => self.on_ready(pid, now, stage),
+            Input::Stopped => self.on_stopped(now),
+            Input::Continued => self.on_continued(now),
+            Input::Ended(end) => self.on_ended(end, stage),
+            Input::Asked(action) => self.on_asked(action, now),
+            Input::Killed => self.signal(ProcessSignal::Kill, now),
+            Input::ClockTicked => self.on_clock(now),
+        };
+        self.assert_consistent();
+        effects
+    }
+
+    fn live(&self) -> Option<&LiveProcess> {
+        match &self.phase {
+            Phase::Starting(live) | Phase::Ready(live) => Some(live),
+            Phase::Absent | Phase::Awaited => None,
+        }
+    }
+
+    fn live_mut(&mut self) -> Option<&mut LiveProcess> {
+        match &mut self.phase {
+            Phase::Starting(live) | Phase::Ready(live) => Some(live),
+            Phase::Absent | Phase::Awaited => None,
+        }
+    }
+
+    fn on_spawned(&mut self, pid: u32, now: Duration) -> Vec<Effect> {
+        assert_eq!(self.pid(), None, "{}: spawned beside a process that lives", self.part);
+        self.phase = Phase::Starting(LiveProcess { pid, is_adopted: false, is_frozen: false, since: now });
+        self.requested = None;
+        Vec::new()
+    }
+
+    fn on_ready(&mut self, pid: u32, now: Duration, stage: RunStage) -> Vec<Effect> {
+        let live = match self.phase {
+            Phase::Starting(live) if live.pid == pid => live,
+            Phase::Absent | Phase::Awaited => {
+                // Whatever was asked of its predecessor ends with it.
+                self.requested = None;
+                LiveProcess { pid, is_adopted: true, is_frozen: false, since: now }
+            }
+            _ => panic!("{}: process {pid} is ready beside {:?}", self.part, self.phase),
+        };
+        self.phase = Phase::Ready(live);
+        let mut effects = Vec::new();
+        effects.extend(live.is_adopted.then_some(Effect::Watch { pid }));
+        // A start that a fault asked for is logged as that fault.
+        let is_news = stage != RunStage::Preparing && self.pending.is_none();
+        effects.extend(is_news.then_some(Effect::Log(Event::ProcessReady { part: self.part })));
+        self.settle(ProcessAction::Start);
+        effects.push(Effect::PublishRoster);
+        effects
+    }
+
+    fn on_stopped(&mut self, now: Duration) -> Vec<Effect> {
+        self.set_frozen(true, now);
+        let event = Event::ProcessFrozen { part: self.part };
+        let effects = self.requested.is_none().then_some(Effect::Log(event));
+        self.settle(ProcessAction::Freeze);
+        effects.into_iter().chain([Effect::PublishRoster]).collect()
+    }
+
+    fn on_continued(&mut self, now: Duration) -> Vec<Effect> {
+        self.set_frozen(false, now);
+        // Somebody else thawed what a fault had frozen. An older signal's echo may still come while a freeze is pending.
+        if self.requested == Some(Requested::Freeze) && self.pending.is_none() {
+            self.requested = None;
+        }
+        let event = Event::ProcessThawed { part: self.part };
+        let effects = self.pending.is_none().then_some(Effect::Log(event));
+        self.settle(ProcessAction::Thaw);
+        effects.into_iter().chain([Effect::PublishRoster]).collect()
+    }
+
+    fn set_frozen(&mut self, is_frozen: bool, now: Duration) {
+        let part = self.part;
+        let live = self.live_mut().unwrap_or_else(|| panic!("{part}: stopped or continued, but gone"));
+        (live.is_frozen, live.since) = (is_frozen, now);
+    }
+
+    /// Notes that `action` shows, if it was pending.
+    fn settle(&mut self, action: ProcessAction) {
+        if self.pending == Some(action) {
+            self.pending = None;
+        }
+    }
+
+    fn on_ended(&mut self, end: ProcessEnd, stage: RunStage) -> Vec<Effect> {
+        assert!(self.live().is_some(), "{}: ended twice", self.part);
+        let was_starting = self.is_starting();
+        (self.phase, self.pending, self.was_thawed) = (Phase::Absent, None, false);
+        if self.requested == Some(Requested::Freeze) {
+            self.requested = None;
+        }
+        let consequences = match (stage, self.requested) {
+            (RunStage::Over, _) => self.on_late_end(end),
+            (_, Some(Requested::End { returns })) => self.on_requested_end(returns),
+            _ => self.on_loss(end, was_starting),
+        };
+        let is_planned = self.requested.is_some();
+        [Effect::CleanUp { is_planned }].into_iter().chain(consequences).collect()
+    }
+
+    /// A process that ends after the flight does what it should. Only a recorder can still spoil something: the log.
+    fn on_late_end(&self, end: ProcessEnd) -> Vec<Effect> {
+        let is_in_order = matches!(end, ProcessEnd::Exited(0) | ProcessEnd::Unknown);
+        if self.part != Part::Recorder || is_in_order {
+            return Vec::new();
+        }
+        vec![Effect::FailAtEnd(format!("the recorder {end} while it closed the log: the log is incomplete"))]
+    }
+
+    fn on_requested_end(&mut self, returns: bool) -> Vec<Effect> {
+        match self.part {
+            Part::World => {
+                let why = "the world was ended as asked: the flight did not come to its end";
+                vec![Effect::EndRun(why.into()), Effect::PublishRoster]
+            }
+            // Without a recorder nothing would be known of the rest of the flight.
+            Part::Recorder if !returns => self.respawn(),
+            _ => vec![Effect::PublishRoster],
+        }
+    }
+
+    fn on_loss(&mut self, end: ProcessEnd, was_starting: bool) -> Vec<Effect> {
+        let part = self.part;
+        match part {
+            Part::World => vec![Effect::EndRun(format!("the world {end}")), Effect::PublishRoster],
+            // A successor would run into the same error.
+            Part::Recorder if end.is_failure() => {
+                let why = format!("the recorder {end}: the log is incomplete");
+                vec![Effect::FailAtEnd(why), Effect::PublishRoster]
+            }
+            Part::Leader | Part::Recorder if self.replacements >= self.limits.replacements => {
+                let limit = self.limits.replacements;
+                vec![Effect::EndRun(format!("the {part} {end}, after {limit} replacements"))]
+            }
+            Part::Leader | Part::Recorder => {
+                let event = Event::ProcessLost { part, end, then: AfterLoss::Replaced };
+                [Effect::Log(event)].into_iter().chain(self.respawn()).collect()
+            }
+            Part::Agent(_) => {
+                let then = AfterLoss::Failsafe { before_flight: was_starting };
+                vec![Effect::Log(Event::ProcessLost { part, end, then }), Effect::PublishRoster]
+            }
+        }
+    }
+
+    fn respawn(&mut self) -> Vec<Effect> {
+        self.replacements += 1;
+        vec![Effect::Spawn, Effect::PublishRoster]
+    }
+
+    fn on_asked(&mut self, action: ProcessAction, now: Duration) -> Vec<Effect> {
+        assert_eq!(self.refusal(action), None, "{}: {action:?} is refused", self.part);
+        self.pending = Some(action);
+        self.requested = match action {
+            ProcessAction::Kill { returns } => Some(Requested::End { returns }),
+            ProcessAction::Stop => Some(Requested::End { returns: false }),
+            ProcessAction::Freeze => Some(Requested::Freeze),
+            ProcessAction::Thaw | ProcessAction::Start => None,
+        };
+        self.was_thawed |= action == ProcessAction::Thaw;
+        match action {
+            ProcessAction::Kill { .. } => self.signal(ProcessSignal::Kill, now),
+            ProcessAction::Stop => self.signal(ProcessSignal::Terminate, now),
+            ProcessAction::Freeze => self.signal(ProcessSignal::Stop, now),
+            ProcessAction::Thaw => self.signal(ProcessSignal::Continue, now),
+            ProcessAction::Start => vec![Effect::Spawn],
+        }
+    }
+
+    fn signal(&mut self, signal: ProcessSignal, now: Duration) -> Vec<Effect> {
+        let Some(live) = self.live_mut() else { return Vec::new() };
+        // Limits count anew: the kernel needs a moment, and one signal is enough.
+        live.since = now;
+        vec![Effect::Signal { pid: live.pid, signal }]
+    }
+
+    fn on_clock(&mut self, now: Duration) -> Vec<Effect> {
+        let Some(event) = self.overdue(now) else { return Vec::new() };
+        self.signal(ProcessSignal::Kill, now).into_iter().chain([Effect::Log(event)]).collect()
+    }
+
+    /// Why the process has to be killed at `now`: it takes too long to start, or stays frozen and the flight cannot do
+    /// without it.
+    fn overdue(&self, now: Duration) -> Option<Event> {
+        let part = self.part;
+        match self.phase {
+            Phase::Starting(live) if now.saturating_sub(live.since) > self.start_limit(&live) => {
+                Some(Event::StartOverdue { part })
+            }
+            Phase::Ready(live)
+                if live.is_frozen
+                    && self.requested.is_none()
+                    && matches!(part, Part::World | Part::Leader)
+                    && now.saturating_sub(live.since) > self.limits.freeze =>
+            {
+                Some(Event::ThawOverdue { part })
+            }
+            _ => None,
+        }
+    }
+
+    fn start_limit(&self, live: &LiveProcess) -> Duration {
+        let copies_log = self.part == Part::Recorder && self.replacements > 0 && !live.is_frozen;
+        self.limits.start * if copies_log { START_LIMITS_PER_COPY } else { 1 }
+    }
+
+    /// Panics on a state that no sequence of inputs may reach.
+    fn assert_consistent(&self) {
+        let live = self.live();
+        assert!(live.is_some() || !self.was_thawed, "a process that is gone was not thawed: {self:?}");
+        assert!(
+            !matches!(self.phase, Phase::Starting(live) if live.is_adopted),
+            "a process started by hand is first seen when it is ready: {self:?}"
+        );
+        match self.pending {
+            Some(ProcessAction::Start) => assert!(
+                matches!(self.phase, Phase::Absent | Phase::Starting(_)),
+                "a start is pending until the process is ready: {self:?}"
+            ),
+            Some(_) => assert!(live.is_some(), "an action is pending on a process that is gone: {self:?}"),
+            None => {}
+        }
+        if self.requested == Some(Requested::Freeze) {
+            let freezes = self.is_frozen() || self.pending == Some(ProcessAction::Freeze);
+            assert!(live.is_some() && freezes, "a fault's freeze lasts, but the process runs: {self:?}");
+        }
+    }
+}
+
+/// Who may announce itself as ready.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Attendant {
+    /// The launcher's child with this process id.
+    Child(u32),
+    /// A process that the user starts by hand.
+    Stranger,
+    /// There is one that is ready.
+    Nobody,
+}

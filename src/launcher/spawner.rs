@@ -1,0 +1,90 @@
+//! Starts the processes of a run, and sends them signals.
+//!
+//! Must never wait for a process: what it does shows later, in the [inbox](super::inbox).
+
+use super::{LaunchError, Plan, lifecycle::ProcessSignal};
+use ringwing_bench::MeasureArgs;
+use ringwing_bus::DomainId;
+use ringwing_flight::Part;
+use rustix::process::{Pid, Signal, kill_process};
+use std::{
+    os::unix::process::CommandExt,
+    path::PathBuf,
+    process::{Command, Stdio},
+};
+
+/// Starts the processes of one run.
+#[derive(Debug)]
+pub(super) struct Spawner<'a> {
+    plan: &'a Plan,
+    domain: DomainId,
+    /// Where the recorder writes, if it does.
+    log: Option<PathBuf>,
+}
+
+impl<'a> Spawner<'a> {
+    /// A spawner for the run of `plan` in `domain`, whose recorder writes to `log`.
+    pub(super) fn new(plan: &'a Plan, domain: &DomainId, log: Option<PathBuf>) -> Self {
+        Self { plan, domain: domain.clone(), log }
+    }
+
+    /// What a user types to start `part` by hand.
+    pub(super) fn command_line(&self, part: Part) -> String {
+        format!("ringwing {}", self.arguments(part).join(" "))
+    }
+
+    /// Starts the process `part`; returns its id.
+    pub(super) fn spawn(&self, part: Part) -> Result<u32, LaunchError> {
+        // Not the path of this program: a new build may replace the file while the run goes on.
+        let mut command = Command::new("/proc/self/exe");
+        command
+            .arg0("ringwing")
+            .args(self.arguments(part))
+            .args(["--launcher", &std::process::id().to_string()])
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            // In a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher
+            // then ends the others in order.
+            .process_group(0);
+        let child = self.plan.placement.start(part.index(), || command.spawn());
+        child.map(|child| child.id()).map_err(|source| LaunchError::Spawn { what: part.to_string(), source })
+    }
+
+    /// The arguments of the process `part`.
+    fn arguments(&self, part: Part) -> Vec<String> {
+        let mut arguments: Vec<String> = match part {
+            Part::World => vec!["world".into()],
+            Part::Leader => vec!["leader".into()],
+            Part::Recorder => vec!["recorder".into()],
+            Part::Agent(uav) => vec!["agent".into(), "--uav".into(), uav.0.to_string()],
+        };
+        arguments.extend(["--domain".into(), self.domain.to_string()]);
+        match part {
+            Part::Recorder => arguments.extend(self.log_arguments()),
+            Part::World => arguments.extend(self.plan.measure.iter().flat_map(MeasureArgs::to_arguments)),
+            Part::Leader | Part::Agent(_) => {}
+        }
+        arguments
+    }
+
+    fn log_arguments(&self) -> Vec<String> {
+        let Some(log) = &self.log else { return Vec::new() };
+        let mut arguments = vec!["--log".into(), log.display().to_string()];
+        arguments.extend((!self.plan.timing).then(|| "--no-timing".into()));
+        arguments
+    }
+}
+
+/// Sends `signal` to the process `pid`.
+pub(super) fn send_signal(pid: u32, signal: ProcessSignal) {
+    let signal = match signal {
+        ProcessSignal::Kill => Signal::KILL,
+        ProcessSignal::Terminate => Signal::TERM,
+        ProcessSignal::Stop => Signal::STOP,
+        ProcessSignal::Continue => Signal::CONT,
+    };
+    if let Some(pid) = Pid::from_raw(pid.cast_signed()) {
+        // A process that has just ended gets no signal. The notice of its end is on its way.
+        let _ = kill_process(pid, signal);
+    }
+}

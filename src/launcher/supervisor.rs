@@ -1,0 +1,363 @@
+//! Supervises one run: reports to each process's [state machine](super::lifecycle) what happens, and carries out the
+//! effects that it returns.
+//!
+//! Must never decide by itself what a change of a process means, and never sleep longer than a notice takes to come.
+
+use super::{
+    LOG, LaunchError, Outcome, Plan,
+    fault_queue::FaultQueue,
+    inbox::{Inbox, Notice, ProcessChange, Reply},
+    janitor::Janitor,
+    lifecycle::{Attendant, Effect, Input, RunStage, SupervisionLimits},
+    ports::LauncherPorts,
+    process_table::ProcessTable,
+    progress::Progress,
+    spawner::{Spawner, send_signal},
+};
+use ringwing_bus::{Domain, Gate, Stamps, is_running, report};
+use ringwing_flight::{Event, EventMessage, Pace, Part, Tick, TimedEvent, WorldReport};
+use ringwing_scenario::Scenario;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
+
+/// Longest wait for a notice while something should happen within moments: a start, or a fault that is being applied.
+/// Nobody sends a notice when a process is ready, so this much of a start may be lost.
+const BUSY_WAIT: Duration = Duration::from_millis(1);
+/// Longest wait for a notice otherwise. Longer makes the progress line and real-time faults late; shorter wakes the
+/// launcher for nothing while others need the processor.
+const IDLE_WAIT: Duration = Duration::from_millis(20);
+/// How long processes may take to leave once the flight is over. The recorder closes its log meanwhile: a shorter limit
+/// kills it on a slow disk.
+const LEAVE_LIMIT: Duration = Duration::from_secs(10);
+
+/// A run, from its first process to its last.
+pub(super) struct Supervisor<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) domain: &'a Domain,
+    pub(super) gate: Gate,
+    ports: LauncherPorts,
+    inbox: Inbox,
+    pub(super) janitor: Janitor,
+    spawner: Spawner<'a>,
+    pub(super) processes: ProcessTable,
+    pub(super) faults: FaultQueue<'a, Reply>,
+    pub(super) progress: Progress<'a>,
+    folder: PathBuf,
+    /// What the lifecycles' clock counts from.
+    begin: Instant,
+    /// Every process was ready or lost once, so the world may get its first roster.
+    is_prepared: bool,
+    /// The revision of the last roster; 0 before the first.
+    revision: u64,
+    is_interrupted: bool,
+    /// Why the run is over before its end.
+    failures: Vec<String>,
+    /// Why the run has failed although the flight goes on.
+    late_failures: Vec<String>,
+}
+
+/// How long starting and flying took, by the wall clock.
+struct FlightTimes {
+    start: Duration,
+    flight: Duration,
+}
+
+impl<'a> Supervisor<'a> {
+    /// Prepares the run of `plan`; starts no process yet.
+    pub(super) fn new(
+        plan: &'a Plan,
+        domain: &'a Domain,
+        gate: Gate,
+        ports: LauncherPorts,
+        inbox: Inbox,
+        folder: &Path,
+    ) -> Result<Self, LaunchError> {
+        let scenario = &plan.scenario;
+        inbox.watch_requests(&domain.request_path())?;
+        if scenario.pace() == Pace::Lockstep {
+            inbox.watch_holds(domain.gate()?)?;
+        }
+        let log = plan.record.then(|| folder.join(LOG));
+        let is_by_hand = |part| plan.needs(part) && plan.by_hand.contains(&part);
+        Ok(Self {
+            plan,
+            domain,
+            gate,
+            ports,
+            inbox,
+            janitor: Janitor::start(domain)?,
+            spawner: Spawner::new(plan, domain.id(), log),
+            processes: ProcessTable::new(scenario.formation.uavs, limits(scenario), is_by_hand),
+            faults: FaultQueue::new(scenario),
+            progress: Progress::new(scenario, plan.quiet),
+            folder: folder.to_owned(),
+            begin: Instant::now(),
+            is_prepared: false,
+            revision: 0,
+            is_interrupted: false,
+            failures: Vec::new(),
+            late_failures: Vec::new(),
+        })
+    }
+
+    /// Flies the run that the user asked for at `begin`, to its end, and says how it went.
+    pub(super) fn run(mut self, begin: Instant) -> Result<Outcome, LaunchError> {
+        self.print_place();
+        let times = self.fly(begin);
+        let outcome = self.outcome(&times);
+        self.janitor.stop();
+        outcome
+    }
+
+    fn print_place(&self) {
+        self.progress.print(&format!("domain {}, folder {}", self.domain.id(), self.folder.display()));
+        for part in &self.plan.by_hand {
+            self.progress.print(&format!("waiting for: {}", self.spawner.command_line(*part)));
+        }
+    }
+
+    /// From the first process to the last. Errors on the way end the flight and become failures of the run.
+    fn fly(&mut self, begin: Instant) -> FlightTimes {
+        let mut times = FlightTimes { start: Duration::ZERO, flight: Duration::ZERO };
+        let result = self.start_processes().and_then(|()| {
+            times.start = begin.elapsed();
+            let takeoff = Instant::now();
+            let result = self.watch_flight();
+            times.flight = takeoff.elapsed();
+            result
+        });
+        self.note_error(result);
+        // The world must not go on behind a closed gate.
+        self.gate.request_stop();
+        self.gate.close();
+        let result = self.wait_for_ends();
+        self.note_error(result);
+        self.progress.finish();
+        times
+    }
+
+    fn note_error(&mut self, result: Result<(), LaunchError>) {
+        self.failures.extend(result.err().map(|error| error.to_string()));
+    }
+
+    /// Starts all processes and waits until each is ready or lost.
+    fn start_processes(&mut self) -> Result<(), LaunchError> {
+        for part in self.parts() {
+            if self.plan.needs(part) && !self.plan.by_hand.contains(&part) {
+                self.carry_out(part, Effect::Spawn)?;
+            }
+        }
+        while self.processes.is_any_starting() && self.stage() != RunStage::Over {
+            self.wait(BUSY_WAIT)?;
+        }
+        self.is_prepared = true;
+        self.publish_roster()
+    }
+
+    fn watch_flight(&mut self) -> Result<(), LaunchError> {
+        while self.stage() != RunStage::Over {
+            let is_busy = self.processes.is_any_starting() || self.faults.is_busy();
+            self.wait(if is_busy { BUSY_WAIT } else { IDLE_WAIT })?;
+            self.apply_faults()?;
+            self.progress.update(self.gate.tick());
+        }
+        Ok(())
+    }
+
+    /// Waits until all processes have left by themselves; kills those that cannot or do not.
+    fn wait_for_ends(&mut self) -> Result<(), LaunchError> {
+        let since = Instant::now();
+        let mut is_late = false;
+        while !self.processes.living().is_empty() {
+            for part in self.processes.frozen() {
+                self.progress.print(&format!("{part} was still frozen at the end; killed"));
+                self.report(part, Input::Killed)?;
+            }
+            if since.elapsed() > LEAVE_LIMIT && !is_late {
+                is_late = true;
+                let names: Vec<String> = self.processes.living().iter().map(ToString::to_string).collect();
+                self.failures.push(format!("{} did not leave and was killed", names.join(", ")));
+                self.kill_all()?;
+            }
+            self.wait(BUSY_WAIT)?;
+        }
+        self.receive()
+    }
+
+    fn kill_all(&mut self) -> Result<(), LaunchError> {
+        self.processes.living().into_iter().try_for_each(|part| self.report(part, Input::Killed))
+    }
+
+    fn parts(&self) -> impl Iterator<Item = Part> + use<> {
+        Part::all(self.plan.scenario.formation.uavs)
+    }
+
+    pub(super) fn stage(&self) -> RunStage {
+        if self.gate.is_closed() || !self.failures.is_empty() {
+            RunStage::Over
+        } else if self.revision == 0 {
+            RunStage::Preparing
+        } else {
+            RunStage::Flying
+        }
+    }
+
+    /// Waits for the next notice, at most for `limit`, and takes in everything that has happened meanwhile.
+    fn wait(&mut self, limit: Duration) -> Result<(), LaunchError> {
+        match self.inbox.next(limit) {
+            Some(Notice::Process { pid, change }) => self.on_process_change(pid, change)?,
+            Some(Notice::Interrupt) => self.on_interrupt()?,
+            Some(Notice::Request(request)) => self.on_request(request)?,
+            // A hold only ends the wait: faults are applied after every one.
+            Some(Notice::Held) | None => {}
+        }
+        self.note_ready_processes()?;
+        self.parts().try_for_each(|part| self.report(part, Input::ClockTicked))?;
+        self.receive()
+    }
+
+    fn on_process_change(&mut self, pid: u32, change: ProcessChange) -> Result<(), LaunchError> {
+        let Some(part) = self.processes.part_of(pid) else { return Ok(()) };
+        match change {
+            ProcessChange::Stopped => self.report(part, Input::Stopped),
+            ProcessChange::Continued => self.report(part, Input::Continued),
+            ProcessChange::Ended(end) => {
+                self.gate.set_ready_process(part, None);
+                self.report(part, Input::Ended(end))
+            }
+        }
+    }
+
+    /// The first interrupt ends the flight in order, the second one at once.
+    fn on_interrupt(&mut self) -> Result<(), LaunchError> {
+        if self.is_interrupted {
+            self.failures.push("interrupted twice: processes killed".into());
+            return self.kill_all();
+        }
+        self.is_interrupted = true;
+        self.gate.request_stop();
+        self.log_event(Event::RunInterrupted)?;
+        if self.revision == 0 {
+            self.failures.push("interrupted before the flight began".into());
+        }
+        Ok(())
+    }
+
+    /// Looks at the gate for processes that have become ready: children, and those that the user started by hand.
+    fn note_ready_processes(&mut self) -> Result<(), LaunchError> {
+        for part in self.parts() {
+            let Some(pid) = self.gate.ready_process(part) else { continue };
+            let is_expected = match self.processes.get(part).expects() {
+                Attendant::Child(child) => child == pid,
+                Attendant::Stranger => is_running(pid),
+                Attendant::Nobody => false,
+            };
+            if is_expected {
+                self.report(part, Input::Ready { pid })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reports `input` to the process `part`, and carries out the effects.
+    pub(super) fn report(&mut self, part: Part, input: Input) -> Result<(), LaunchError> {
+        let (now, stage) = (self.begin.elapsed(), self.stage());
+        let effects = self.processes.get_mut(part).on(input, now, stage);
+        effects.into_iter().try_for_each(|effect| self.carry_out(part, effect))
+    }
+
+    fn carry_out(&mut self, part: Part, effect: Effect) -> Result<(), LaunchError> {
+        match effect {
+            Effect::Log(event) => self.log_event(event)?,
+            Effect::Signal { pid, signal } => send_signal(pid, signal),
+            Effect::Spawn => {
+                let pid = self.spawner.spawn(part)?;
+                self.report(part, Input::Spawned { pid })?;
+            }
+            Effect::Watch { pid } => self.inbox.watch_stranger(pid)?,
+            Effect::CleanUp { is_planned: true } => self.janitor.clean_later(self.gate.tick()),
+            Effect::CleanUp { is_planned: false } => self.janitor.clean(),
+            Effect::PublishRoster => self.publish_roster()?,
+            Effect::EndRun(why) => self.failures.push(why),
+            Effect::FailAtEnd(why) => {
+                self.progress.print(&why);
+                self.late_failures.push(why);
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells the world who runs, once the flight may begin: it begins with the first roster.
+    pub(super) fn publish_roster(&mut self) -> Result<(), LaunchError> {
+        if !self.is_prepared {
+            return Ok(());
+        }
+        self.revision += 1;
+        let roster = self.processes.roster(self.revision, self.faults.free_before());
+        self.ports.roster.send(roster, Stamps::now())?;
+        self.gate.nudge_world();
+        Ok(())
+    }
+
+    fn log_event(&mut self, event: Event) -> Result<(), LaunchError> {
+        self.log_event_at(self.gate.tick().unwrap_or(Tick(0)), event)
+    }
+
+    pub(super) fn log_event_at(&mut self, tick: Tick, event: Event) -> Result<(), LaunchError> {
+        let event = TimedEvent { tick, event };
+        self.progress.print_event(&event);
+        Ok(self.ports.events.send(EventMessage::new(&event), Stamps::now())?)
+    }
+
+    /// Takes in what the world and the recorder have published, to show it.
+    fn receive(&mut self) -> Result<(), LaunchError> {
+        let progress = &mut self.progress;
+        self.ports.world_events.drain(|message, _| {
+            // The world is of the same build, so a message that cannot be read is damaged: show nothing.
+            if let Some(event) = message.event() {
+                progress.print_event(&event);
+            }
+        })?;
+        self.ports.formation_error.drain(|error, _| progress.set_formation_error(error))?;
+        Ok(())
+    }
+
+    /// How the run went, from what its processes have left.
+    fn outcome(&mut self, times: &FlightTimes) -> Result<Outcome, LaunchError> {
+        // The draft of a recorder that was killed while it took over; the log itself is whole.
+        let _ = fs::remove_file(self.folder.join(LOG).with_extension("mcap.part"));
+        let world: Option<WorldReport> = self.domain.report(report::WORLD)?;
+        let mut failures = std::mem::take(&mut self.failures);
+        failures.append(&mut self.late_failures);
+        if failures.is_empty() && world.as_ref().is_none_or(|world| !world.complete) {
+            let is_interrupted = self.is_interrupted;
+            let why = if is_interrupted {
+                "interrupted before the end"
+            } else {
+                "the world ended the flight early"
+            };
+            failures.push(why.into());
+        }
+        Ok(Outcome {
+            folder: self.folder.clone(),
+            recorder: self.domain.report(report::RECORDER)?,
+            ticks: world.as_ref().map_or_else(|| self.progress.last_tick().0, |world| world.last_tick),
+            world,
+            failures,
+            flight_time: times.flight,
+            start_time: times.start,
+        })
+    }
+}
+
+fn limits(scenario: &Scenario) -> SupervisionLimits {
+    let supervision = &scenario.supervision;
+    SupervisionLimits {
+        start: Duration::from_secs_f64(supervision.start_timeout_s),
+        freeze: Duration::from_secs_f64(supervision.answer_timeout_s),
+        replacements: supervision.replacements,
+    }
+}

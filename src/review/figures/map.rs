@@ -1,0 +1,90 @@
+//! The trajectories of the whole flight from above.
+
+use super::{ALARM, DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, detail, name_of, points, times};
+use crate::review::{
+    flight::{LoggedFlight, UavColumns},
+    table::Table,
+};
+use ringwing_drawing::{
+    RGBColor,
+    chart::{Chart, Curve, Stroke},
+};
+use ringwing_scenario::ObstacleSection;
+use std::f64::consts::TAU;
+
+/// Corners of a circle. With fewer, large circles look angular.
+const CORNERS: u32 = 72;
+
+/// The trajectories of the whole flight.
+pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
+    let columns = flight.uavs.iter().enumerate().flat_map(|(uav, columns)| {
+        [
+            (format!("uav {} x_m", uav + 1), columns.x_m.clone()),
+            (format!("uav {} y_m", uav + 1), columns.y_m.clone()),
+        ]
+    });
+    let leader = [("leader x_m", &flight.leader_x_m), ("leader y_m", &flight.leader_y_m)];
+    let leader = leader.map(|(name, column)| (name.to_owned(), column.clone()));
+    FlightFigure {
+        name: "trajectories".into(),
+        title: "Trajectories (the paper's Fig. 3 and 6)".into(),
+        caption: "Grey: the ring at the start, halfway and at the end.".into(),
+        table: Table::new(&times(flight), columns.chain(leader)),
+        chart: Chart {
+            x: "x (east), m",
+            y: "y (north), m",
+            is_map: true,
+            detail: detail(flight.uavs.len()),
+            lines: lines(flight),
+            ..Chart::default()
+        },
+    }
+}
+
+/// Obstacles, paths and rings, in the order of drawing.
+fn lines(flight: &LoggedFlight) -> Vec<Curve> {
+    // With many UAVs, names would fill the legend.
+    let has_names = flight.uavs.len() <= DRAWN_UAVS;
+    let mut lines: Vec<Curve> = flight.scenario.obstacles.iter().flat_map(circles).collect();
+    lines.extend(flight.uavs.iter().enumerate().map(|(uav, columns)| Curve {
+        name: if has_names { name_of(uav) } else { String::new() },
+        ..path(colour(uav), points(&columns.x_m, &columns.y_m))
+    }));
+    // The log has the leader's position less often than the UAVs': gaps between its points are no breaks.
+    let leader = points(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
+    lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
+    for (share, name) in [(0.0, "ring, start and"), (0.5, "halfway, end"), (1.0, "halfway, end")] {
+        lines.push(Curve { name: name.into(), ..path(GREY, ring(flight, share)) });
+    }
+    lines
+}
+
+fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Curve {
+    Curve { name: String::new(), colour, stroke: Stroke::Solid, points }
+}
+
+/// The closed polygon of ring neighbours after a `share` of the flight, from 0 to 1.
+fn ring(flight: &LoggedFlight, share: f64) -> Vec<Option<(f64, f64)>> {
+    let tick = (share * flight.times_s.len().saturating_sub(1) as f64) as usize;
+    let place = |uav: &UavColumns| Some(((*uav.x_m.get(tick)?)?, (*uav.y_m.get(tick)?)?));
+    let mut ring: Vec<_> = flight.uavs.iter().filter_map(place).map(Some).collect();
+    ring.extend(ring.first().copied());
+    ring
+}
+
+/// An obstacle's body, and the circle within which it repels.
+fn circles(obstacle: &ObstacleSection) -> [Curve; 2] {
+    let circle = |radius_m: f64| {
+        let corner = |number: u32| {
+            let (sin, cos) = (TAU * f64::from(number) / f64::from(CORNERS)).sin_cos();
+            Some((obstacle.position_m[0] + radius_m * cos, obstacle.position_m[1] + radius_m * sin))
+        };
+        (0..=CORNERS).map(corner).collect()
+    };
+    let line =
+        |name: &str, stroke, radius_m| Curve { name: name.into(), stroke, ..path(ALARM, circle(radius_m)) };
+    [
+        line("obstacle", Stroke::Filled, obstacle.radius_m),
+        line("braking distance", Stroke::Dashed, obstacle.braking_distance_m),
+    ]
+}

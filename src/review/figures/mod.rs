@@ -1,0 +1,189 @@
+//! All figures of a flight: those of the paper, and those of ringwing.
+//!
+//! Never measures anything: every value comes from the columns of the flight.
+
+mod map;
+mod obstacle;
+mod over_time;
+mod timeline;
+
+use super::{
+    flight::{Column, LoggedFlight},
+    table::Table,
+};
+use over_time::OverTime;
+use ringwing_drawing::{
+    BLACK, RGBColor,
+    chart::{Chart, Curve, Stroke},
+};
+use ringwing_recorder::show::palette;
+
+/// Largest swarm whose UAVs have a line each. Larger swarms are drawn by their extremes and their mean, because more
+/// lines can no longer be told apart.
+const DRAWN_UAVS: usize = 12;
+/// Points of all lines of a figure together. More make the page slow to open; fewer flatten short peaks.
+const DETAIL: usize = 12_000;
+/// Fewest and most points of one line.
+const LINE_DETAIL: (usize, usize) = (150, 2000);
+const GREY: RGBColor = RGBColor(0x77, 0x77, 0x77);
+const LEADER: RGBColor = RGBColor(0x00, 0x80, 0x00);
+const ALARM: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
+const TIME: &str = "time, s";
+
+/// A figure that is not drawn yet.
+pub(super) struct FlightFigure {
+    /// Name of its files, without their extension.
+    pub(super) name: String,
+    pub(super) title: String,
+    pub(super) caption: String,
+    pub(super) chart: Chart,
+    pub(super) table: Table,
+}
+
+/// All figures of a flight, without those that the log holds no data for.
+pub(super) fn all(flight: &LoggedFlight) -> Vec<FlightFigure> {
+    let mut figures = vec![map::trajectories(flight)];
+    figures.extend(distances(flight));
+    figures.extend(speeds(flight));
+    for (number, obstacle) in (1..).zip(&flight.scenario.obstacles) {
+        figures.extend(obstacle::figures(flight, number, obstacle));
+    }
+    figures.extend([slot_errors(flight), lyapunov(flight), closest_pairs(flight), ages(flight)]);
+    figures.extend(latency(flight));
+    figures.extend(timeline::figure(flight));
+    figures
+}
+
+/// The colour of the UAV with this index, from 0.
+fn colour(uav: usize) -> RGBColor {
+    let palette::Rgb { red, green, blue } = palette::colour(uav as u32 + 1);
+    RGBColor(red, green, blue)
+}
+
+/// The name of the UAV with this index, from 0.
+fn name_of(uav: usize) -> String {
+    format!("uav {}", uav + 1)
+}
+
+/// Points of each line in a figure of this many lines.
+fn detail(lines: usize) -> usize {
+    let (fewest, most) = LINE_DETAIL;
+    (DETAIL / lines.max(1)).clamp(fewest, most)
+}
+
+/// Points of a line; a point needs both coordinates.
+fn points(x: &[Option<f64>], y: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
+    x.iter().zip(y).map(|(x, y)| Some(((*x)?, (*y)?))).collect()
+}
+
+/// A dashed line at `value` over the whole flight.
+fn level(flight: &LoggedFlight, name: &str, value: f64) -> Curve {
+    let ends = flight.times_s.first().zip(flight.times_s.last());
+    let points = ends.map(|(first, last)| vec![Some((*first, value)), Some((*last, value))]);
+    Curve { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points: points.unwrap_or_default() }
+}
+
+fn distances(flight: &LoggedFlight) -> [FlightFigure; 2] {
+    let formation = flight.scenario.formation();
+    let neighbours = OverTime::of_uavs(flight, |uav| &uav.next_distance_m).level("L", formation.spacing_m());
+    let leader = OverTime::of_uavs(flight, |uav| &uav.leader_distance_m).level("R", formation.radius_m());
+    [
+        neighbours.figure(
+            "neighbour-distances",
+            "Distance to the next ring neighbour (Fig. 4a)",
+            "From each UAV to the next one in the ring. The distances should converge to L.",
+            "distance, m",
+        ),
+        leader.figure(
+            "leader-distances",
+            "Distance to the leader (Fig. 4b)",
+            "The distances should converge to R.",
+            "distance, m",
+        ),
+    ]
+}
+
+fn speeds(flight: &LoggedFlight) -> [FlightFigure; 2] {
+    let limits = &flight.scenario.airframe;
+    let linear = OverTime::of_uavs(flight, |uav| &uav.speed_m_s)
+        .level("v_min, v_max", limits.speed_min_m_s)
+        .level("v_min, v_max", limits.speed_max_m_s);
+    let angular = OverTime::of_uavs(flight, |uav| &uav.turn_rate_rad_s)
+        .level("omega_max", limits.turn_rate_max_rad_s)
+        .level("omega_max", -limits.turn_rate_max_rad_s);
+    [
+        linear.figure(
+            "speeds",
+            "Linear speeds (Fig. 5a)",
+            "As flown, with the limits of Eq. (2).",
+            "speed, m/s",
+        ),
+        angular.figure(
+            "turn-rates",
+            "Angular speeds (Fig. 5b)",
+            "As flown, with the limits of Eq. (2).",
+            "turn rate, rad/s",
+        ),
+    ]
+}
+
+fn slot_errors(flight: &LoggedFlight) -> FlightFigure {
+    OverTime::of_uavs(flight, |uav| &uav.slot_error_m)
+        .figure(
+            "slot-errors",
+            "Distance from the slot",
+            "On a logarithmic axis. The formation has settled when every error is below 1 m.",
+            "slot error, m",
+        )
+        .on_log_axis()
+}
+
+fn lyapunov(flight: &LoggedFlight) -> FlightFigure {
+    OverTime::of(flight, &[("V", BLACK, &flight.lyapunov_m2)])
+        .figure(
+            "lyapunov",
+            "Lyapunov value, Eq. (7)",
+            "On a logarithmic axis. It falls while no UAV is saturated or repelled.",
+            "V, m^2",
+        )
+        .on_log_axis()
+}
+
+fn closest_pairs(flight: &LoggedFlight) -> FlightFigure {
+    let columns = [
+        ("ring neighbours", colour(0), &flight.closest_adjacent_m),
+        ("all others", colour(4), &flight.closest_other_m),
+    ];
+    OverTime::of(flight, &columns).level("collision", flight.scenario.airframe.collision_distance_m).figure(
+        "closest-pair",
+        "Closest pairs",
+        "The closest two ring neighbours, and the closest two UAVs that are not ring neighbours.",
+        "distance, m",
+    )
+}
+
+fn ages(flight: &LoggedFlight) -> FlightFigure {
+    OverTime::of_uavs(flight, |uav| &uav.age_s).figure(
+        "ages",
+        "Age of the data used",
+        "The oldest data that each agent used of its two neighbours and the leader.",
+        "age, s",
+    )
+}
+
+/// The latency of each tick, if the log holds wall-clock times.
+fn latency(flight: &LoggedFlight) -> Option<FlightFigure> {
+    flight.round_trip_us.iter().flatten().next()?;
+    let figure = OverTime::of(flight, &[("round trip", BLACK, &flight.round_trip_us)]).figure(
+        "latency",
+        "Latency of a tick",
+        "Wall-clock time from opening the tick to the last answer, on a logarithmic axis.",
+        "latency, us",
+    );
+    Some(figure.on_log_axis())
+}
+
+/// The times of the flight as a column.
+fn times(flight: &LoggedFlight) -> Column {
+    flight.times_s.iter().copied().map(Some).collect()
+}

@@ -1,0 +1,178 @@
+//! The summary as people read it: a table of what was measured, the verdict, and how to repeat the run.
+//!
+//! Never computes a value; each is in the summary already.
+
+use super::{Summary, Verdict};
+use ringwing_flight::Latency;
+use ringwing_recorder::metrics::{ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary};
+use std::fmt;
+
+/// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
+const LISTED_UAVS: usize = 12;
+/// Faults listed one by one; of more, only the number is printed.
+const LISTED_FAULTS: usize = 12;
+/// UAVs named after an obstacle that repelled them; of more, only the number is printed.
+const LISTED_REPELLED: usize = 6;
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mode = if self.real_time { "real time" } else { "lockstep" };
+        let Self { scenario, uavs, rate_hz, seed, .. } = self;
+        writeln!(f, "{scenario}: {uavs} UAVs, {} law, {rate_hz} Hz, {mode}, seed {seed}\n", self.law.name())?;
+        if let Some(flight) = &self.flight {
+            write_uavs(f, flight)?;
+            write_formation(f, flight)?;
+            flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
+            write_recoveries(f, flight)?;
+            write_agreement(f, flight)?;
+            write_saturation(f, flight)?;
+            write_links(f, flight)?;
+        }
+        self.write_world(f)?;
+        self.write_verdict(f)
+    }
+}
+
+/// Writes one line: a label, its value and a remark.
+fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
+    writeln!(f, "{}", format!("  {label:<34} {value:<14} {remark}").trim_end())
+}
+
+/// A distance with its unit, or a dash if it does not exist.
+fn metres(value: Option<f64>) -> String {
+    value.map_or_else(|| "-".into(), |value| format!("{value:.3} m"))
+}
+
+fn write_uavs(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    if flight.uavs.is_empty() || flight.uavs.len() > LISTED_UAVS {
+        return Ok(());
+    }
+    writeln!(f, "  at the end   slot error   to previous       to next     to leader")?;
+    for uav in &flight.uavs {
+        let distances =
+            [uav.slot_error_m, uav.previous_distance_m, uav.next_distance_m, uav.leader_distance_m];
+        let [slot, previous, next, leader] = distances.map(metres);
+        let state = if uav.commanded { "" } else { "   in its failsafe" };
+        writeln!(f, "  uav {:<6} {slot:>12} {previous:>13} {next:>13} {leader:>13}{state}", uav.uav)?;
+    }
+    writeln!(f)
+}
+
+fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let settling =
+        flight.settling_s.map_or_else(|| "never".into(), |settling_s| format!("{settling_s:.2} s"));
+    line(f, "settled within 1 m of every slot", &settling, "")?;
+    line(f, "largest slot error at the end", &metres(flight.slot_error_max_m), "")?;
+    line(f, "distances to L, largest error", &metres(flight.neighbour_error_max_m), "at the end")?;
+    line(f, "distances to R, largest error", &metres(flight.radius_error_max_m), "at the end")?;
+    write_pair(f, "closest ring neighbours", flight.closest_adjacent)?;
+    write_pair(f, "closest of all others", flight.closest_other)
+}
+
+fn write_pair(f: &mut fmt::Formatter<'_>, label: &str, pair: Option<ClosestPair>) -> fmt::Result {
+    let who = pair.map(|pair| format!("uav {} and {} at {:.2} s", pair.uav, pair.other, pair.time_s));
+    line(f, label, &metres(pair.map(|pair| pair.distance_m)), &who.unwrap_or_default())
+}
+
+fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt::Result {
+    let repelled = match obstacle.repelled.as_slice() {
+        [] => "repelled no uav".to_owned(),
+        uavs => format!("repelled uav {}", listed(uavs)),
+    };
+    let who = format!("uav {} at {:.2} s; {repelled}", obstacle.uav, obstacle.time_s);
+    line(f, &format!("clearance of {}", obstacle.name), &metres(Some(obstacle.clearance_m)), &who)
+}
+
+fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    for FaultRecovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
+        let value = recovery_s.map_or_else(|| "never".into(), |recovery_s| format!("{recovery_s:.2} s"));
+        line(f, "settled again after a fault", &value, &format!("{fault} at {time_s:.2} s"))?;
+    }
+    let more = flight.faults.saturating_sub(LISTED_FAULTS as u64);
+    if more > 0 {
+        line(f, "more faults", &more.to_string(), "")?;
+    }
+    Ok(())
+}
+
+/// Writes about the views of who is alive, if the UAVs ever disagreed.
+fn write_agreement(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let Some(until_s) = flight.disagreed_until_s else { return Ok(()) };
+    line(
+        f,
+        "views of who is alive at the end",
+        &flight.views.to_string(),
+        &format!("differed until {until_s:.2} s"),
+    )
+}
+
+/// The first few of `uavs`, and the number of the others.
+fn listed(uavs: &[u32]) -> String {
+    let shown: Vec<String> = uavs.iter().take(LISTED_REPELLED).map(u32::to_string).collect();
+    let more = uavs.len().saturating_sub(LISTED_REPELLED);
+    let rest = if more > 0 { format!(" and {more} more") } else { String::new() };
+    shown.join(", ") + &rest
+}
+
+fn write_saturation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let percent =
+        |share: Option<f64>| share.map_or_else(|| "-".into(), |share| format!("{:.1} %", 100.0 * share));
+    let (speed, turn_rate) =
+        (percent(flight.speed_saturated_share), percent(flight.turn_rate_saturated_share));
+    line(f, "commands cut to the limits", &speed, &format!("of speeds, {turn_rate} of turn rates"))
+}
+
+/// Writes the counts of all links with faults together; `summary.json` and the log's `/links` have each link.
+fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let links = &flight.links;
+    if links.is_empty() {
+        return Ok(());
+    }
+    let sum = |count: fn(&LinkTotals) -> u64| links.iter().map(count).sum::<u64>();
+    let (offered, lost, late) = (sum(|link| link.offered), sum(|link| link.lost), sum(|link| link.late));
+    let (copies, left) = (sum(|link| link.duplicated), sum(|link| link.in_flight));
+    let remark = format!("{lost} lost, {copies} duplicated, {late} late, {left} still on the way");
+    line(f, &format!("samples on {} links with faults", links.len()), &offered.to_string(), &remark)
+}
+
+impl Summary {
+    fn write_world(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        line(f, "collisions", &self.collisions.map_or_else(|| "-".into(), |count| count.to_string()), "")?;
+        if let Some(Latency { p50_us, p99_us, max_us }) = self.latency {
+            let tail = format!("p99 {p99_us:.0} us, max {max_us:.0} us");
+            line(f, "latency of a tick, all answers", &format!("p50 {p50_us:.0} us"), &tail)?;
+        }
+        if let (true, Some(missed), Some(late_us)) = (self.real_time, self.missed_deadlines, self.late_max_us)
+        {
+            let reused = self.reused_commands.unwrap_or_default();
+            let remark = format!("latest {late_us:.0} us, {reused} commands used again");
+            line(f, "missed deadlines", &missed.to_string(), &remark)?;
+        }
+        self.write_pace(f)
+    }
+
+    fn write_pace(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Some(wall), Some(start)) = (self.wall_s, self.start_s) else { return Ok(()) };
+        let factor = self.real_time_factor.map_or_else(|| "-".into(), |factor| format!("{factor:.0}x"));
+        let remark = format!("{:.1} s in {wall:.2} s, after a start of {start:.2} s", self.simulated_s);
+        line(f, "real-time factor", &factor, &remark)
+    }
+
+    fn write_verdict(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let verdict = match self.verdict {
+            Verdict::Passed => "passed",
+            Verdict::Violated => "VIOLATED",
+            Verdict::Failed => "FAILED",
+        };
+        writeln!(f, "\n  verdict  {verdict}")?;
+        for reason in self.failures.iter().chain(&self.violations) {
+            writeln!(f, "           {reason}")?;
+        }
+        if let Some(log) = &self.log {
+            let messages = self.log_messages.map_or_else(String::new, |count| format!(" ({count} messages)"));
+            writeln!(f, "  log      {log}{messages}")?;
+        }
+        writeln!(f, "  payload  {}", self.payload_hash.as_deref().unwrap_or("-"))?;
+        writeln!(f, "  repeat   {}", self.command)
+    }
+}

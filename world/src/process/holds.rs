@@ -1,0 +1,202 @@
+//! What keeps the world from opening the next tick: in lockstep, simulated time stands still for other processes.
+//!
+//! Faults are applied, lost processes replaced and the log written between two ticks, so that none of it depends on
+//! scheduling. Every hold is bounded: a process that never comes back costs time, and an event says so.
+//!
+//! Never holds in real time, where time cannot stand still.
+
+use super::{
+    World,
+    wait::{RECHECK, RETRY, WaitEnd, wait_until},
+};
+use ringwing_bus::{BusError, TickProbe};
+use ringwing_flight::{Event, Roster, Tick};
+use ringwing_scenario::Scenario;
+use std::{thread, time::Duration};
+
+/// How far the recorder may lag behind in lockstep, in simulated seconds. A killed recorder loses what it has not
+/// fetched and what it has not written; together that must stay below a second. If this is smaller, the world waits for
+/// the recorder more often.
+const RECORDER_LAG_S: f64 = 0.4;
+/// A replacement, or a fault that starts a process, may take this many times the scenario's start timeout: the launcher
+/// first has to notice the loss. If it is larger, a launcher that is stuck holds the flight longer.
+const START_TIMEOUTS: u32 = 2;
+/// How long the world waits for other processes, and which ones it has given up.
+#[derive(Debug)]
+pub(super) struct Holds {
+    /// Time limit for an answer, and for the recorder to catch up.
+    pub(super) answer_timeout: Duration,
+    /// Time limit for the launcher to apply a fault or to replace a process.
+    pub(super) hold_timeout: Duration,
+    recorder_lag_ticks: i64,
+    /// A replacement did not come in time. The world waits for none until the launcher ends this hold.
+    gave_up_replacement: bool,
+    /// What the recorder had recorded when it was given up. The world waits for it again once that grows.
+    recorder_stuck_at: Option<Tick>,
+}
+
+impl Holds {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        Self {
+            answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
+            hold_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s) * START_TIMEOUTS,
+            recorder_lag_ticks: (f64::from(scenario.time.rate_hz) * RECORDER_LAG_S).ceil() as i64,
+            gave_up_replacement: false,
+            recorder_stuck_at: None,
+        }
+    }
+
+    /// Whether the flight waits for a process that is being replaced.
+    pub(super) fn is_for_replacement(&self, roster: &Roster) -> bool {
+        roster.holds() && !self.gave_up_replacement
+    }
+
+    /// Whether the flight waits at `now` for a recorder that has recorded the ticks up to `recorded`.
+    fn is_for_recorder(&self, roster: &Roster, now: Tick, recorded: Tick) -> bool {
+        roster.has_recorder()
+            && now.since(recorded) > self.recorder_lag_ticks
+            && self.recorder_stuck_at != Some(recorded)
+    }
+
+    /// Takes note of the newest roster.
+    pub(super) fn on_roster(&mut self, roster: &Roster) {
+        self.gave_up_replacement &= roster.holds();
+    }
+}
+
+impl<P: TickProbe> World<P> {
+    /// Waits for the launcher to say who flies. Returns false if the run was stopped before.
+    pub(super) fn wait_for_roster(&mut self) -> Result<bool, BusError> {
+        let end = self.wait_for_news(Duration::MAX, |world| world.answers.roster().revision > 0)?;
+        self.restart_deadlines();
+        Ok(end == WaitEnd::Met)
+    }
+
+    /// Holds the next tick as long as anything has to happen before it.
+    pub(super) fn hold_next_tick(&mut self) -> Result<(), BusError> {
+        self.hold_for_faults()?;
+        self.hold_for_replacement()?;
+        self.hold_for_recorder()
+    }
+
+    /// Holds until the launcher has applied the faults of the next tick.
+    fn hold_for_faults(&mut self) -> Result<(), BusError> {
+        let next = self.airspace.now();
+        let is_free = move |world: &Self| world.answers.roster().free_before > next;
+        if is_free(self) {
+            return Ok(());
+        }
+        self.ports.gate.hold_before(next);
+        if self.wait_for_news(self.holds.hold_timeout, is_free)? == WaitEnd::Overdue {
+            self.log_event(Event::FaultOverdue)?;
+        }
+        self.ports.gate.release();
+        self.hold_for_thawed()
+    }
+
+    /// Holds until every thawed process has answered the tick that was open while it was frozen. Without this wait,
+    /// scheduling would decide whether the airframe still gets that command.
+    fn hold_for_thawed(&mut self) -> Result<(), BusError> {
+        let has_all = |world: &Self| world.answers.owing().next().is_none();
+        let look_again = |world: &mut Self| {
+            thread::sleep(RETRY);
+            world.collect()
+        };
+        let limit = self.holds.answer_timeout;
+        wait_until(self, limit, has_all, Self::is_stopped, look_again).map(drop)
+    }
+
+    /// Holds while a lost process is replaced.
+    fn hold_for_replacement(&mut self) -> Result<(), BusError> {
+        let is_there = |world: &Self| !world.holds.is_for_replacement(world.answers.roster());
+        if self.wait_for_news(self.holds.hold_timeout, is_there)? == WaitEnd::Overdue {
+            self.holds.gave_up_replacement = true;
+            self.log_event(Event::ReplacementOverdue)?;
+        }
+        Ok(())
+    }
+
+    /// Holds while the recorder lags too far behind.
+    fn hold_for_recorder(&mut self) -> Result<(), BusError> {
+        let keeps_up = |world: &Self| {
+            let recorded = world.ports.gate.recorded();
+            !world.holds.is_for_recorder(world.answers.roster(), world.airspace.now(), recorded)
+        };
+        if keeps_up(self) {
+            return Ok(());
+        }
+        self.ports.gate.call_recorder();
+        if self.wait_for_news(self.holds.answer_timeout, keeps_up)? == WaitEnd::Overdue {
+            self.holds.recorder_stuck_at = Some(self.ports.gate.recorded());
+            self.log_event(Event::RecorderSilent)?;
+        }
+        Ok(())
+    }
+
+    /// After the flight: waits until the recorder has fetched the last tick, because samples may vanish with their
+    /// sender.
+    pub(super) fn wait_for_last_fetch(&mut self) -> Result<(), BusError> {
+        let is_fetched = |world: &Self| {
+            !world.answers.roster().has_recorder() || world.ports.gate.recorded() >= world.airspace.now()
+        };
+        let is_told_to_leave = |world: &Self| world.ports.is_told_to_leave();
+        let limit = self.holds.answer_timeout;
+        wait_until(self, limit, is_fetched, is_told_to_leave, Self::await_news).map(drop)
+    }
+
+    fn wait_for_news(
+        &mut self,
+        limit: Duration,
+        is_met: impl Fn(&Self) -> bool,
+    ) -> Result<WaitEnd, BusError> {
+        wait_until(self, limit, is_met, Self::is_stopped, Self::await_news)
+    }
+
+    /// Sleeps until somebody nudges the world, and takes in the roster if that was the news.
+    fn await_news(&mut self) -> Result<(), BusError> {
+        self.ports.wait_for_nudge(RECHECK);
+        self.refresh_roster()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn holds() -> Holds {
+        Holds::new(&Scenario::default())
+    }
+
+    #[test]
+    fn a_recorder_may_lag_by_less_than_half_a_second() {
+        let (holds, mut roster) = (holds(), Roster::empty());
+        assert!(!holds.is_for_recorder(&roster, Tick(1000), Tick(0)), "there is no recorder");
+        roster.set_recorder(true);
+        assert!(!holds.is_for_recorder(&roster, Tick(140), Tick(100)));
+        assert!(holds.is_for_recorder(&roster, Tick(141), Tick(100)));
+    }
+
+    #[test]
+    fn a_recorder_that_was_given_up_is_waited_for_again_once_it_records() {
+        let (mut holds, mut roster) = (holds(), Roster::empty());
+        roster.set_recorder(true);
+        holds.recorder_stuck_at = Some(Tick(100));
+        assert!(!holds.is_for_recorder(&roster, Tick(200), Tick(100)));
+        assert!(holds.is_for_recorder(&roster, Tick(200), Tick(101)));
+    }
+
+    #[test]
+    fn a_replacement_that_was_given_up_is_waited_for_again_in_the_next_hold() {
+        let (mut holds, mut roster) = (holds(), Roster::empty());
+        roster.set_hold(true);
+        assert!(holds.is_for_replacement(&roster));
+        holds.gave_up_replacement = true;
+        holds.on_roster(&roster);
+        assert!(!holds.is_for_replacement(&roster));
+        for held in [false, true] {
+            roster.set_hold(held);
+            holds.on_roster(&roster);
+        }
+        assert!(holds.is_for_replacement(&roster));
+    }
+}

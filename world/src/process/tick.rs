@@ -1,0 +1,151 @@
+//! One tick: publish what the UAVs sense, open the gate, take in the commands, close the account.
+//!
+//! Every tick pays for this path. Never allocates, and reads the clock only for stamps and deadlines.
+
+use super::{
+    TickClock, World,
+    wait::{RECHECK, RETRY, WaitEnd, wait_until},
+};
+use crate::{CommandCounts, Refusal};
+use ringwing_bus::{BusError, Lateness, PacedTick, Stamps, TickProbe, monotonic_ns};
+use ringwing_flight::{Command, Event, TickTiming, UavId};
+use std::thread;
+
+impl<P: TickProbe> World<P> {
+    pub(super) fn fly_tick(&mut self) -> Result<(), BusError> {
+        self.open_tick()?;
+        match self.clock {
+            TickClock::Lockstep => self.wait_for_answers()?,
+            TickClock::RealTime(_) => self.wait_for_deadline()?,
+        }
+        self.end_tick()
+    }
+
+    /// Sends every UAV what it senses, then opens the tick for everybody.
+    fn open_tick(&mut self) -> Result<(), BusError> {
+        let opened_ns = monotonic_ns();
+        let now = self.airspace.now();
+        self.probe.tick_opened(now, opened_ns);
+        let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
+        for sensed in self.airspace.open_tick() {
+            self.ports.sensed[sensed.uav.index()].send(sensed, stamps)?;
+        }
+        self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
+        // As late as possible: a process that has just ended is not waited for.
+        self.refresh_roster()?;
+        self.answers.begin(now, opened_ns);
+        self.probe.inputs_published();
+        if let TickClock::RealTime(deadlines) = &self.clock {
+            self.ports.gate.set_due(deadlines.due());
+        }
+        self.ports.open_tick(now, self.answers.expected())
+    }
+
+    /// In lockstep: waits until every process on the roster has answered, and gives up those that do not.
+    fn wait_for_answers(&mut self) -> Result<(), BusError> {
+        let has_all = |world: &Self| world.answers.missing().next().is_none();
+        let is_hold_over =
+            |world: &Self| has_all(world) || !world.holds.is_for_replacement(world.answers.roster());
+        let (answer_timeout, hold_timeout) = (self.holds.answer_timeout, self.holds.hold_timeout);
+        // Unconditional, so that a process that was given up is heard when it answers again.
+        self.await_answers()?;
+        let mut end = wait_until(self, answer_timeout, has_all, Self::is_stopped, Self::look_again)?;
+        if end == WaitEnd::Overdue && self.holds.is_for_replacement(self.answers.roster()) {
+            // A leader that replaces a lost one needs the time to start, and then its own time to answer.
+            wait_until(self, hold_timeout, is_hold_over, Self::is_stopped, Self::look_again)?;
+            end = wait_until(self, answer_timeout, has_all, Self::is_stopped, Self::look_again)?;
+        }
+        if end == WaitEnd::Overdue { self.give_up() } else { Ok(()) }
+    }
+
+    fn await_answers(&mut self) -> Result<(), BusError> {
+        self.ports.wait_for_answers(RECHECK)?;
+        self.collect()
+    }
+
+    fn look_again(&mut self) -> Result<(), BusError> {
+        self.refresh_roster()?;
+        // The gate counted the answer of a process that is not waited for: its count no longer tells when to look.
+        if self.ports.gate.is_answered() {
+            thread::sleep(RETRY);
+        }
+        self.await_answers()
+    }
+
+    /// Goes on without the answers that are missing.
+    fn give_up(&mut self) -> Result<(), BusError> {
+        self.wall_clock.count_unanswered();
+        let waited_s = self.holds.answer_timeout.as_secs_f64();
+        for part in self.answers.give_up() {
+            self.log_event(Event::ProcessSilent { part, waited_s })?;
+        }
+        Ok(())
+    }
+
+    /// In real time: waits for the deadline, whoever has answered.
+    fn wait_for_deadline(&mut self) -> Result<(), BusError> {
+        if let TickClock::RealTime(deadlines) = &self.clock {
+            self.ports.wait_until(deadlines.due())?;
+        }
+        self.collect()
+    }
+
+    /// Takes in what has arrived: the newest command of each UAV, and whether the leader has answered.
+    pub(super) fn collect(&mut self) -> Result<(), BusError> {
+        self.probe.collecting_answers();
+        for index in 0..self.ports.commands.len() {
+            let uav = UavId(index as u32 + 1);
+            if let Some((command, stamps)) = self.newest_command(uav)? {
+                self.take(uav, &command, &stamps);
+            }
+        }
+        for ballast in &self.ports.ballast {
+            ballast.receive()?;
+        }
+        self.answers.note_leader(self.ports.gate.led());
+        self.probe.answers_collected();
+        Ok(())
+    }
+
+    /// The newest command that has arrived from `uav`'s agent since the last look.
+    fn newest_command(&mut self, uav: UavId) -> Result<Option<(Command, Stamps)>, BusError> {
+        let now = self.airspace.now();
+        let mut newest = None;
+        self.ports.commands[uav.index()].drain_until(|command, stamps| {
+            newest = Some((*command, *stamps));
+            self.probe.answer_seen(uav, command.tick, stamps);
+            // Nothing newer than the open tick's command can come: a further look would cost as much as finding one.
+            command.tick >= now
+        })?;
+        Ok(newest)
+    }
+
+    fn take(&mut self, from: UavId, command: &Command, stamps: &Stamps) {
+        if self.airspace.take(from, command) != Err(Refusal::NotItsOwn) {
+            self.answers.note(command, stamps, monotonic_ns());
+        }
+    }
+
+    /// Closes the tick's account, and sends how long it took.
+    fn end_tick(&mut self) -> Result<(), BusError> {
+        // The clock comes first: hashing the answers does not make the tick late.
+        let lateness = self.pass_deadline();
+        let CommandCounts { answered, reused } = self.airspace.end_tick();
+        let paced =
+            lateness.map(|(due_ns, lateness)| PacedTick { due_ns, skipped: lateness.missed_deadlines });
+        self.probe.tick_finished(reused, paced);
+        let Lateness { late_ns, missed_deadlines } =
+            lateness.map(|(_, lateness)| lateness).unwrap_or_default();
+        let timing = TickTiming { answered, reused, late_ns, missed_deadlines, ..self.answers.timing() };
+        self.wall_clock.add(&timing);
+        self.ports.timing.send(timing, Stamps::now())?;
+        self.ports.log_failed_connections(self.airspace.now())
+    }
+
+    /// In real time: ends the tick at this moment. Returns when that was due and how late it is.
+    fn pass_deadline(&mut self) -> Option<(u64, Lateness)> {
+        let TickClock::RealTime(deadlines) = &mut self.clock else { return None };
+        let due_ns = deadlines.due().at_ns;
+        Some((due_ns, deadlines.advance(monotonic_ns())))
+    }
+}

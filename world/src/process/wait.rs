@@ -1,0 +1,98 @@
+//! The one loop in which the world waits for other processes: bounded in time, and ended by a stop.
+//!
+//! Never knows what is waited for, nor how time passes in between.
+
+use std::time::{Duration, Instant};
+
+/// How long the world sleeps before it checks what it waits for even if nobody has woken it. Longer sleeps delay the
+/// answer to a signal; shorter ones burn CPU.
+pub(super) const RECHECK: Duration = Duration::from_millis(2);
+/// How long the world sleeps before it looks again for a sample that nobody announces. Longer sleeps delay the tick;
+/// shorter ones take the core from the sender.
+pub(super) const RETRY: Duration = Duration::from_micros(50);
+
+/// How a wait ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum WaitEnd {
+    /// What was waited for is there.
+    Met,
+    /// The run was stopped.
+    Stopped,
+    /// The time limit has passed.
+    Overdue,
+}
+
+/// Lets `pause` pass some time on `subject` again and again until `is_met`, `is_stopped`, or `limit` has passed.
+///
+/// A condition that is met from the start costs no pause and no look at the clock: most waits on the tick path are such.
+pub(super) fn wait_until<S, E>(
+    subject: &mut S,
+    limit: Duration,
+    is_met: impl Fn(&S) -> bool,
+    is_stopped: impl Fn(&S) -> bool,
+    mut pause: impl FnMut(&mut S) -> Result<(), E>,
+) -> Result<WaitEnd, E> {
+    if is_met(subject) {
+        return Ok(WaitEnd::Met);
+    }
+    let since = Instant::now();
+    loop {
+        pause(subject)?;
+        if is_met(subject) {
+            return Ok(WaitEnd::Met);
+        }
+        if is_stopped(subject) {
+            return Ok(WaitEnd::Stopped);
+        }
+        if since.elapsed() >= limit {
+            return Ok(WaitEnd::Overdue);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    const LONG: Duration = Duration::from_secs(3600);
+
+    /// Waits until a counter, which each pause raises by one, reaches `target`, or until it is `stop`.
+    fn count_to(target: u32, stop: u32, limit: Duration) -> (u32, WaitEnd) {
+        let mut counter = 0;
+        let pause = |counter: &mut u32| {
+            *counter += 1;
+            Ok::<_, Infallible>(())
+        };
+        let end = wait_until(&mut counter, limit, |count| *count == target, |count| *count == stop, pause);
+        (counter, end.unwrap())
+    }
+
+    #[test]
+    fn a_condition_that_is_met_already_costs_no_pause() {
+        assert_eq!(count_to(0, 0, Duration::ZERO), (0, WaitEnd::Met));
+    }
+
+    #[test]
+    fn a_wait_ends_as_soon_as_its_condition_is_met() {
+        assert_eq!(count_to(3, 4, LONG), (3, WaitEnd::Met));
+        assert_eq!(count_to(3, 3, LONG), (3, WaitEnd::Met), "a stop does not hide what was waited for");
+    }
+
+    #[test]
+    fn a_stop_ends_a_wait() {
+        assert_eq!(count_to(u32::MAX, 2, LONG), (2, WaitEnd::Stopped));
+    }
+
+    #[test]
+    fn a_wait_whose_time_is_over_ends_after_one_last_look() {
+        assert_eq!(count_to(u32::MAX, u32::MAX, Duration::ZERO), (1, WaitEnd::Overdue));
+        assert_eq!(count_to(1, u32::MAX, Duration::ZERO), (1, WaitEnd::Met));
+    }
+
+    #[test]
+    fn an_error_ends_a_wait() {
+        let end = wait_until(&mut (), LONG, |()| false, |()| false, |()| Err("lost"));
+        assert_eq!(end, Err("lost"));
+    }
+}
