@@ -8,7 +8,7 @@ use std::process::ExitCode;
 #[expect(clippy::unnecessary_wraps, reason = "every subcommand has this signature")]
 pub(crate) fn run() -> anyhow::Result<ExitCode> {
     let domains = ringwing_bus::domain::remove_abandoned();
-    let folders = crate::bench::scratch::remove_abandoned();
+    let folders = ringwing_bench::remove_abandoned();
     let folders = folders.iter().map(|folder| folder.display().to_string());
     let removed: Vec<String> = domains.iter().map(ToString::to_string).chain(folders).collect();
     for one in &removed {

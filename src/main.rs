@@ -6,10 +6,8 @@
 mod bench;
 mod clean;
 mod compare;
-mod drawing;
 mod fault_command;
 mod launcher;
-mod placement;
 mod recover_command;
 mod review;
 mod run;
@@ -44,7 +42,7 @@ enum Verb {
     /// Show the metrics of two logs side by side
     Compare(compare::CompareLogsArgs),
     /// Measure how long a tick takes, with shared memory and with other transports
-    Bench(Box<bench::Args>),
+    Bench(Box<ringwing_bench::BenchArgs>),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::RecoverArgs),
     /// List, show or check scenarios
@@ -62,16 +60,16 @@ enum Verb {
     Agent(ringwing_agent::AgentArgs),
     /// (process) Integrate the airframes of a run and keep its time
     #[command(display_order = 101)]
-    World(ringwing_world::Args),
+    World(bench::MeasuredWorldArgs),
     /// (process) Fly the virtual leader of a run
     #[command(display_order = 102)]
     Leader(ringwing_leader::Args),
     /// (process) Measure one case of a benchmark
     #[command(hide = true)]
-    BenchCase(Box<bench::case::Args>),
+    BenchCase(Box<ringwing_bench::CaseArgs>),
     /// (process) Answer ticks in place of an agent
     #[command(hide = true)]
-    BenchPeer(Box<bench::transport::peer::Args>),
+    BenchPeer(Box<ringwing_bench::PeerArgs>),
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::Args),
@@ -102,13 +100,13 @@ fn main() -> ExitCode {
         Verb::Verify(args) => ("", verify::run(&args)),
         Verb::Compare(args) => ("", compare::run(&args)),
         Verb::Bench(args) => ("", bench::run(&args)),
-        Verb::BenchCase(args) => ("bench: ", bench::case::run(&args)),
-        Verb::BenchPeer(args) => ("bench: ", bench::transport::peer::run(&args).map(|()| ExitCode::SUCCESS)),
+        Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
+        Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
         Verb::Clean => ("", clean::run()),
         Verb::Agent(args) => ("agent: ", finished(ringwing_agent::run(&args))),
-        Verb::World(args) => ("world: ", finished(ringwing_world::run(&args))),
+        Verb::World(args) => ("world: ", bench::run_world(&args)),
         Verb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),
         Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
     };

@@ -5,9 +5,9 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
-    placement::Placement,
     summary::Summary,
 };
+use ringwing_bus::Placement;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
 use std::{

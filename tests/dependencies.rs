@@ -53,11 +53,7 @@ const ROOMS: [Room; 11] = [
         uses: &["bus", "flight", "scenario"],
         with_io: &["error.rs", "lib.rs", "log", "log.rs", "process", "process.rs"],
     },
-    Room {
-        folder: "world",
-        uses: &["bus", "flight", "scenario"],
-        with_io: &["lib.rs", "ports.rs", "process.rs"],
-    },
+    Room { folder: "world", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
     Room { folder: "bus", uses: &["flight", "scenario"], with_io: &[""] },
     Room { folder: "drawing", uses: &[], with_io: &[] },
     Room { folder: "scenario", uses: &["flight"], with_io: &["read/source.rs", "fault/trace.rs"] },

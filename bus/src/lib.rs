@@ -8,13 +8,15 @@
 //!   `wait_strategy` are how they wait for it.
 //! - `member` is a process that takes part in a run, and `answerer` one that answers ticks. `process`, `node` and
 //!   `stop` are what they need of the operating system and of iceoryx2.
-//! - `ballast` carries bytes for benchmarks.
+//! - `deadlines` says when ticks are due in real time, and `placement` on which core a process runs.
+//! - `ballast` carries bytes for benchmarks, and `probe` is what a benchmark hooks into the loop that opens ticks.
 //!
 //! Must never decide anything about the flight: no law, no physics.
 
 mod answerer;
 mod ballast;
 mod channel;
+mod deadlines;
 pub mod domain;
 mod error;
 pub mod futex;
@@ -22,14 +24,14 @@ mod gate;
 mod member;
 mod node;
 pub mod page;
+mod placement;
+mod probe;
 mod process;
 pub mod report;
 mod retry;
 pub mod services;
 mod stamp;
 mod stop;
-pub mod trace;
-pub mod usage;
 mod wait_strategy;
 mod waker;
 mod wire;
@@ -37,17 +39,18 @@ mod wire;
 pub use answerer::Answerer;
 pub use ballast::Ballast;
 pub use channel::{Channel, Publisher, Subscriber, failed_connections};
+pub use deadlines::{Deadlines, Lateness};
 pub use domain::{Domain, DomainId, DomainOwner};
 pub use error::BusError;
 pub use gate::{Gate, Wait};
 pub use member::{Member, MemberArgs};
 pub use node::create_node;
+pub use placement::{Placement, PlacementError};
+pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
 pub use process::{die_with, is_running};
 pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
 pub use stop::StopFlag;
-pub use trace::{StepRecord, TickRecord, Trace, TraceHead};
-pub use usage::Used;
 pub use wait_strategy::{Due, WaitStrategy, processes_per_core};
 pub use waker::Waker;
 pub use wire::Wire;

@@ -16,17 +16,16 @@ mod progress;
 mod spawner;
 mod supervisor;
 
-use crate::placement::Placement;
 use inbox::Inbox;
 use ports::LauncherPorts;
+use ringwing_bench::MeasureArgs;
 use ringwing_bus::{
-    BusError, Domain, Services, create_node,
+    BusError, Domain, Placement, Services, create_node,
     domain::{DomainOwner, remove_abandoned},
 };
 use ringwing_flight::{Part, WorldReport};
 use ringwing_recorder::RecorderReport;
 use ringwing_scenario::Scenario;
-use ringwing_world::MeasureArgs;
 use std::{
     collections::BTreeSet,
     fs, io,

@@ -3,9 +3,9 @@
 //! Must never wait for a process: what it does shows later, in the [inbox](super::inbox).
 
 use super::{LaunchError, Plan, lifecycle::ProcessSignal};
+use ringwing_bench::MeasureArgs;
 use ringwing_bus::DomainId;
 use ringwing_flight::Part;
-use ringwing_world::MeasureArgs;
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     os::unix::process::CommandExt,
@@ -46,7 +46,7 @@ impl<'a> Spawner<'a> {
             // In a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher
             // then ends the others in order.
             .process_group(0);
-        let child = self.plan.placement.around(part.index(), || command.spawn());
+        let child = self.plan.placement.start(part.index(), || command.spawn());
         child.map(|child| child.id()).map_err(|source| LaunchError::Spawn { what: part.to_string(), source })
     }
 
@@ -61,7 +61,7 @@ impl<'a> Spawner<'a> {
         arguments.extend(["--domain".into(), self.domain.to_string()]);
         match part {
             Part::Recorder => arguments.extend(self.log_arguments()),
-            Part::World => arguments.extend(self.plan.measure.iter().flat_map(measure_arguments)),
+            Part::World => arguments.extend(self.plan.measure.iter().flat_map(MeasureArgs::to_arguments)),
             Part::Leader | Part::Agent(_) => {}
         }
         arguments
@@ -73,18 +73,6 @@ impl<'a> Spawner<'a> {
         arguments.extend((!self.plan.timing).then(|| "--no-timing".into()));
         arguments
     }
-}
-
-/// What tells the world to measure itself.
-fn measure_arguments(measure: &MeasureArgs) -> Vec<String> {
-    let number = |number: Option<f64>| number.unwrap_or_default().to_string();
-    let mut arguments = Vec::new();
-    if let Some(file) = &measure.measure_into {
-        arguments.extend(["--measure-into".into(), file.display().to_string()]);
-        arguments.extend(["--warm-up-s".into(), number(measure.warm_up_s)]);
-    }
-    arguments.extend(["--measure-s".into(), number(measure.measure_s)]);
-    arguments
 }
 
 /// Sends `signal` to the process `pid`.

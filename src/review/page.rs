@@ -3,7 +3,7 @@
 //! Never loads anything: figures are part of the page, so it can be moved and mailed.
 
 use super::flight::{LoggedFlight, ShownEvent};
-use crate::drawing::html::{self, escaped};
+use ringwing_drawing::html::{self, escaped};
 use std::fmt::Write;
 
 /// Events listed on the page. A flight with many faults has thousands; `events.csv` has all of them.

@@ -7,11 +7,11 @@ mod difference;
 use crate::{
     VIOLATED,
     launcher::{Plan, launch},
-    placement::Placement,
     tell,
 };
 use anyhow::bail;
 use difference::Difference;
+use ringwing_bus::Placement;
 use ringwing_flight::TimedEvent;
 use ringwing_recorder::{
     log::reader::{LogMessage, Reader},

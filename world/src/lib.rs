@@ -1,9 +1,8 @@
 //! Time, airframes, obstacles and collisions.
 //!
 //! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, [`sky`] all of
-//! them among the obstacles, and [`airspace`] what a tick does to them and the account of that. [`pace`] is the deadlines
-//! of real time, [`process`] the operating-system process that drives the airspace, and [`measure`] what it keeps for a
-//! benchmark.
+//! them among the obstacles, and [`airspace`] what a tick does to them and the account of that. [`process`] is the
+//! operating-system process that drives the airspace.
 //!
 //! Never knows the formation: where the UAVs should be is the agents' business.
 
@@ -12,14 +11,10 @@
 pub mod airframe;
 pub mod airspace;
 mod collisions;
-pub mod measure;
-pub mod pace;
 pub mod process;
 pub mod sky;
 
 pub use airframe::{Airframe, Refusal};
 pub use airspace::{Airspace, CommandCounts};
-pub use measure::MeasureArgs;
-pub use pace::{Deadlines, Lateness};
 pub use process::{Args, run};
 pub use sky::Sky;

@@ -4,11 +4,12 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use ringwing_bus::{
-    BusError, DomainOwner, Gate, MemberArgs, Publisher, Services, Stamps, create_node, report, services,
+    BusError, DomainOwner, Gate, MemberArgs, NoProbe, Publisher, Services, Stamps, create_node, report,
+    services,
 };
 use ringwing_flight::{Command, Part, Roster, Tick, UavId, WorldReport};
 use ringwing_scenario::{Scenario, start};
-use ringwing_world::{Airspace, Args, MeasureArgs, run};
+use ringwing_world::{Airspace, Args, run};
 use std::{
     thread,
     time::{Duration, Instant},
@@ -36,17 +37,14 @@ impl Everybody {
         let (owner, gate) = DomainOwner::create(&text).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
         let held = Services::create(&node, &scenario).unwrap();
-        let args = Args {
-            member: MemberArgs { domain: owner.domain().id().clone(), launcher: None },
-            measure: MeasureArgs { measure_into: None, warm_up_s: None, measure_s: None },
-        };
+        let args = Args { member: MemberArgs { domain: owner.domain().id().clone(), launcher: None } };
         let mut everybody = Self {
             airspace: Airspace::new(&scenario, &start::states(&scenario).unwrap()),
             commands: UavId::all(UAVS).map(|uav| services::command(uav).publisher(&node).unwrap()).collect(),
             rosters: services::roster().publisher(&node).unwrap(),
             roster: Roster::empty(),
             gate,
-            world: Some(thread::spawn(move || run(&args))),
+            world: Some(thread::spawn(move || run(&args, NoProbe))),
             _services: held,
             owner,
         };

@@ -1,14 +1,14 @@
 //! The trajectories of the whole flight from above.
 
 use super::{ALARM, DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, detail, name_of, points, times};
-use crate::{
-    drawing::chart::{Chart, Line, Stroke},
-    review::{
-        flight::{LoggedFlight, UavColumns},
-        table::Table,
-    },
+use crate::review::{
+    flight::{LoggedFlight, UavColumns},
+    table::Table,
 };
-use plotters::style::RGBColor;
+use ringwing_drawing::{
+    RGBColor,
+    chart::{Chart, Curve, Stroke},
+};
 use ringwing_scenario::ObstacleSection;
 use std::f64::consts::TAU;
 
@@ -42,25 +42,25 @@ pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
 }
 
 /// Obstacles, paths and rings, in the order of drawing.
-fn lines(flight: &LoggedFlight) -> Vec<Line> {
+fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     // With many UAVs, names would fill the legend.
     let has_names = flight.uavs.len() <= DRAWN_UAVS;
-    let mut lines: Vec<Line> = flight.scenario.obstacles.iter().flat_map(circles).collect();
-    lines.extend(flight.uavs.iter().enumerate().map(|(uav, columns)| Line {
+    let mut lines: Vec<Curve> = flight.scenario.obstacles.iter().flat_map(circles).collect();
+    lines.extend(flight.uavs.iter().enumerate().map(|(uav, columns)| Curve {
         name: if has_names { name_of(uav) } else { String::new() },
         ..path(colour(uav), points(&columns.x_m, &columns.y_m))
     }));
     // The log has the leader's position less often than the UAVs': gaps between its points are no breaks.
     let leader = points(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
-    lines.push(Line { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
+    lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
     for (share, name) in [(0.0, "ring, start and"), (0.5, "halfway, end"), (1.0, "halfway, end")] {
-        lines.push(Line { name: name.into(), ..path(GREY, ring(flight, share)) });
+        lines.push(Curve { name: name.into(), ..path(GREY, ring(flight, share)) });
     }
     lines
 }
 
-fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Line {
-    Line { name: String::new(), colour, stroke: Stroke::Solid, points }
+fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Curve {
+    Curve { name: String::new(), colour, stroke: Stroke::Solid, points }
 }
 
 /// The closed polygon of ring neighbours after a `share` of the flight, from 0 to 1.
@@ -73,7 +73,7 @@ fn ring(flight: &LoggedFlight, share: f64) -> Vec<Option<(f64, f64)>> {
 }
 
 /// An obstacle's body, and the circle within which it repels.
-fn circles(obstacle: &ObstacleSection) -> [Line; 2] {
+fn circles(obstacle: &ObstacleSection) -> [Curve; 2] {
     let circle = |radius_m: f64| {
         let corner = |number: u32| {
             let (sin, cos) = (TAU * f64::from(number) / f64::from(CORNERS)).sin_cos();
@@ -82,7 +82,7 @@ fn circles(obstacle: &ObstacleSection) -> [Line; 2] {
         (0..=CORNERS).map(corner).collect()
     };
     let line =
-        |name: &str, stroke, radius_m| Line { name: name.into(), stroke, ..path(ALARM, circle(radius_m)) };
+        |name: &str, stroke, radius_m| Curve { name: name.into(), stroke, ..path(ALARM, circle(radius_m)) };
     [
         line("obstacle", Stroke::Filled, obstacle.radius_m),
         line("braking distance", Stroke::Dashed, obstacle.braking_distance_m),

@@ -11,9 +11,11 @@ use super::{
     flight::{Column, LoggedFlight},
     table::Table,
 };
-use crate::drawing::chart::{Chart, Line, Stroke};
 use over_time::OverTime;
-use plotters::style::{BLACK, RGBColor};
+use ringwing_drawing::{
+    BLACK, RGBColor,
+    chart::{Chart, Curve, Stroke},
+};
 use ringwing_recorder::show::palette;
 
 /// Largest swarm whose UAVs have a line each. Larger swarms are drawn by their extremes and their mean, because more
@@ -75,10 +77,10 @@ fn points(x: &[Option<f64>], y: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
 }
 
 /// A dashed line at `value` over the whole flight.
-fn level(flight: &LoggedFlight, name: &str, value: f64) -> Line {
+fn level(flight: &LoggedFlight, name: &str, value: f64) -> Curve {
     let ends = flight.times_s.first().zip(flight.times_s.last());
     let points = ends.map(|(first, last)| vec![Some((*first, value)), Some((*last, value))]);
-    Line { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points: points.unwrap_or_default() }
+    Curve { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points: points.unwrap_or_default() }
 }
 
 fn distances(flight: &LoggedFlight) -> [FlightFigure; 2] {

@@ -3,10 +3,8 @@
 use super::{
     DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, map::trajectories, name_of, over_time::OverTime, points,
 };
-use crate::{
-    drawing::chart::{Chart, Stroke},
-    review::flight::{Column, LoggedFlight, UavColumns},
-};
+use crate::review::flight::{Column, LoggedFlight, UavColumns};
+use ringwing_drawing::chart::{Chart, Stroke};
 use ringwing_scenario::ObstacleSection;
 use std::ops::RangeInclusive;
 

@@ -1,17 +1,15 @@
 //! Figures over time: a line for each column, and dashed levels.
 
 use super::{BLACK, DRAWN_UAVS, FlightFigure, TIME, colour, detail, level, name_of, points, times};
-use crate::{
-    drawing::{
-        chart::{Chart, Line, Stroke},
-        scale::Scale,
-    },
-    review::{
-        flight::{Column, LoggedFlight, UavColumns},
-        table::Table,
-    },
+use crate::review::{
+    flight::{Column, LoggedFlight, UavColumns},
+    table::Table,
 };
-use plotters::style::RGBColor;
+use ringwing_drawing::{
+    RGBColor,
+    chart::{Chart, Curve, Stroke},
+    scale::Scale,
+};
 
 /// Smallest value on a logarithmic axis, in the unit of the axis; smaller values, 0 included, are drawn here. A larger
 /// floor hides how far errors fall, a smaller one stretches the axis over rounding errors.
@@ -21,7 +19,7 @@ const FLOOR: f64 = 1e-9;
 pub(super) struct OverTime<'f> {
     flight: &'f LoggedFlight,
     columns: Vec<(String, RGBColor, Column)>,
-    levels: Vec<Line>,
+    levels: Vec<Curve>,
 }
 
 impl<'f> OverTime<'f> {
@@ -57,13 +55,13 @@ impl<'f> OverTime<'f> {
     /// Completes the figure; `y` names the quantity and its unit.
     pub(super) fn figure(self, name: &str, title: &str, caption: &str, y: &'static str) -> FlightFigure {
         let times = times(self.flight);
-        let line = |(name, colour, column): &(String, RGBColor, Column)| Line {
+        let line = |(name, colour, column): &(String, RGBColor, Column)| Curve {
             name: name.clone(),
             colour: *colour,
             stroke: Stroke::Solid,
             points: points(&times, column),
         };
-        let lines: Vec<Line> = self.columns.iter().map(line).chain(self.levels.clone()).collect();
+        let lines: Vec<Curve> = self.columns.iter().map(line).chain(self.levels.clone()).collect();
         let chart = Chart { x: TIME, y, detail: detail(self.columns.len()), lines, ..Chart::default() };
         let table = Table::new(&times, self.columns.into_iter().map(|(name, _, column)| (name, column)));
         FlightFigure { name: name.into(), title: title.into(), caption: caption.into(), chart, table }

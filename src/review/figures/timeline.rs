@@ -1,10 +1,8 @@
 //! The events of the flight over time, one row for each kind.
 
 use super::{DETAIL, FlightFigure, TIME, colour, level};
-use crate::{
-    drawing::chart::{Chart, Line, Stroke},
-    review::{flight::LoggedFlight, table::Table},
-};
+use crate::review::{flight::LoggedFlight, table::Table};
+use ringwing_drawing::chart::{Chart, Curve, Stroke};
 
 /// Half the height of an event's mark, in rows. At half a row or more, marks of neighbouring rows touch.
 const HALF_MARK: f64 = 0.35;
@@ -23,9 +21,9 @@ pub(super) fn figure(flight: &LoggedFlight) -> Option<FlightFigure> {
         let mark =
             |time_s: f64, row: f64| [Some((time_s, row - HALF_MARK)), Some((time_s, row + HALF_MARK)), None];
         let points = events.flat_map(|event| mark(event.time_s, row(kind) as f64)).collect();
-        Line { name: (*kind).into(), colour: colour(kinds.len() - row(kind)), stroke: Stroke::Solid, points }
+        Curve { name: (*kind).into(), colour: colour(kinds.len() - row(kind)), stroke: Stroke::Solid, points }
     };
-    let mut lines: Vec<Line> = kinds.iter().map(line).collect();
+    let mut lines: Vec<Curve> = kinds.iter().map(line).collect();
     lines.push(level(flight, "", BASELINE));
     let chart = Chart { x: TIME, y: "events", is_rows: true, detail: DETAIL, lines, ..Chart::default() };
     (!kinds.is_empty()).then(|| FlightFigure {

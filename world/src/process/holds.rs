@@ -9,7 +9,7 @@ use super::{
     World,
     wait::{RECHECK, RETRY, WaitEnd, wait_until},
 };
-use ringwing_bus::BusError;
+use ringwing_bus::{BusError, TickProbe};
 use ringwing_flight::{Event, Roster, Tick};
 use ringwing_scenario::Scenario;
 use std::{thread, time::Duration};
@@ -64,7 +64,7 @@ impl Holds {
     }
 }
 
-impl World {
+impl<P: TickProbe> World<P> {
     /// Waits for the launcher to say who flies. Returns false if the run was stopped before.
     pub(super) fn wait_for_roster(&mut self) -> Result<bool, BusError> {
         let end = self.wait_for_news(Duration::MAX, |world| world.answers.roster().revision > 0)?;

@@ -13,15 +13,13 @@ mod tick;
 mod wait;
 mod wall_clock;
 
-use crate::{
-    Airspace, Deadlines,
-    measure::{Measure, MeasureArgs, Turn},
-    pace::TickClock,
-};
+use crate::Airspace;
 use answers::Answers;
 use holds::Holds;
 use ports::Ports;
-use ringwing_bus::{BusError, Member, MemberArgs, monotonic_ns, processes_per_core, report};
+use ringwing_bus::{
+    BusError, Deadlines, Member, MemberArgs, Proceed, TickProbe, monotonic_ns, processes_per_core, report,
+};
 use ringwing_flight::{Event, Pace, Part, WorldReport};
 use ringwing_scenario::{Scenario, start};
 use wall_clock::WallClock;
@@ -32,28 +30,24 @@ pub struct Args {
     /// The run.
     #[command(flatten)]
     pub member: MemberArgs,
-    /// What to measure, if anything.
-    #[command(flatten)]
-    pub measure: MeasureArgs,
 }
 
 /// Processes that share the machine with the agents: the world and the leader. The recorder sleeps most of the time.
 const OTHERS: u32 = 2;
 
 /// Flies the run until its last tick, or until it is asked to stop, and leaves the world's report.
-pub fn run(args: &Args) -> Result<(), BusError> {
+///
+/// `probe` observes every tick and may end the flight; [`NoProbe`](ringwing_bus::NoProbe) does neither.
+pub fn run(args: &Args, probe: impl TickProbe) -> Result<(), BusError> {
     let member = Member::join(&args.member, Part::World)?;
     let scenario = member.scenario();
     let airspace = Airspace::new(scenario, &start::states(scenario)?);
     let ports = Ports::open(&member)?;
-    let measure = Measure::new(&args.measure, scenario.formation.uavs);
-    let mut world = World::new(scenario, airspace, ports, measure);
+    let mut world = World::new(scenario, airspace, ports, probe);
     if world.wait_for_roster()? {
         world.fly()?;
     }
-    if let Some(measure) = &mut world.measure {
-        measure.leave(&world.ports.gate)?;
-    }
+    world.probe.run_ended(&world.ports.gate)?;
     // The report comes first: once the gate is closed, the others look for it.
     member.domain().write_report(report::WORLD, &world.report())?;
     world.ports.close()?;
@@ -62,19 +56,27 @@ pub fn run(args: &Args) -> Result<(), BusError> {
     Ok(())
 }
 
-struct World {
+/// What ends a tick.
+#[derive(Debug)]
+enum TickClock {
+    /// In lockstep: the last answer.
+    Lockstep,
+    /// In real time: a deadline, whether or not everybody has answered.
+    RealTime(Deadlines),
+}
+
+struct World<P> {
     airspace: Airspace,
     answers: Answers,
     ports: Ports,
     clock: TickClock,
     holds: Holds,
     wall_clock: WallClock,
-    /// Only in a benchmark.
-    measure: Option<Measure>,
+    probe: P,
 }
 
-impl World {
-    fn new(scenario: &Scenario, airspace: Airspace, ports: Ports, measure: Option<Measure>) -> Self {
+impl<P: TickProbe> World<P> {
+    fn new(scenario: &Scenario, airspace: Airspace, ports: Ports, probe: P) -> Self {
         Self {
             airspace,
             answers: Answers::new(scenario.formation.uavs),
@@ -82,7 +84,7 @@ impl World {
             clock: clock(scenario),
             holds: Holds::new(scenario),
             wall_clock: WallClock::new(),
-            measure,
+            probe,
         }
     }
 
@@ -91,8 +93,10 @@ impl World {
             if let TickClock::Lockstep = self.clock {
                 self.hold_next_tick()?;
             }
-            if self.measured_enough() {
-                return Ok(());
+            match self.probe.before_tick(&self.ports.gate) {
+                Proceed::Fly => {}
+                Proceed::RestartDeadlines => self.restart_deadlines(),
+                Proceed::End => return Ok(()),
             }
             self.fly_tick()?;
             if self.airspace.is_over() || self.is_stopped() {
@@ -102,15 +106,6 @@ impl World {
                 self.log_event(event)?;
             }
         }
-    }
-
-    /// Gives a measurement its turn between two ticks. Returns whether it ends the flight.
-    fn measured_enough(&mut self) -> bool {
-        let turn = self.measure.as_mut().map_or(Turn::Fly, |measure| measure.turn(&self.ports.gate));
-        if turn == Turn::Begin {
-            self.restart_deadlines();
-        }
-        turn == Turn::End
     }
 
     fn restart_deadlines(&mut self) {
@@ -138,7 +133,7 @@ impl World {
     fn report(&self) -> WorldReport {
         let mut report = self.wall_clock.complete(self.airspace.report());
         // A measurement ends the flight early, as planned.
-        report.complete |= self.measure.as_ref().is_some_and(Measure::is_done);
+        report.complete |= self.probe.is_done();
         report
     }
 }

@@ -3,15 +3,15 @@
 //! Every tick pays for this path. Never allocates, and reads the clock only for stamps and deadlines.
 
 use super::{
-    World,
+    TickClock, World,
     wait::{RECHECK, RETRY, WaitEnd, wait_until},
 };
-use crate::{CommandCounts, Lateness, Refusal, pace::TickClock};
-use ringwing_bus::{BusError, Stamps, monotonic_ns};
+use crate::{CommandCounts, Refusal};
+use ringwing_bus::{BusError, Lateness, PacedTick, Stamps, TickProbe, monotonic_ns};
 use ringwing_flight::{Command, Event, TickTiming, UavId};
 use std::thread;
 
-impl World {
+impl<P: TickProbe> World<P> {
     pub(super) fn fly_tick(&mut self) -> Result<(), BusError> {
         self.open_tick()?;
         match self.clock {
@@ -25,9 +25,7 @@ impl World {
     fn open_tick(&mut self) -> Result<(), BusError> {
         let opened_ns = monotonic_ns();
         let now = self.airspace.now();
-        if let Some(measure) = &mut self.measure {
-            measure.open(now.0, opened_ns);
-        }
+        self.probe.tick_opened(now, opened_ns);
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
         for sensed in self.airspace.open_tick() {
             self.ports.sensed[sensed.uav.index()].send(sensed, stamps)?;
@@ -36,9 +34,7 @@ impl World {
         // As late as possible: a process that has just ended is not waited for.
         self.refresh_roster()?;
         self.answers.begin(now, opened_ns);
-        if let Some(measure) = &mut self.measure {
-            measure.publish();
-        }
+        self.probe.inputs_published();
         if let TickClock::RealTime(deadlines) = &self.clock {
             self.ports.gate.set_due(deadlines.due());
         }
@@ -96,9 +92,7 @@ impl World {
 
     /// Takes in what has arrived: the newest command of each UAV, and whether the leader has answered.
     pub(super) fn collect(&mut self) -> Result<(), BusError> {
-        if let Some(measure) = &mut self.measure {
-            measure.look();
-        }
+        self.probe.collecting_answers();
         for index in 0..self.ports.commands.len() {
             let uav = UavId(index as u32 + 1);
             if let Some((command, stamps)) = self.newest_command(uav)? {
@@ -109,9 +103,7 @@ impl World {
             ballast.receive()?;
         }
         self.answers.note_leader(self.ports.gate.led());
-        if let Some(measure) = &mut self.measure {
-            measure.collect();
-        }
+        self.probe.answers_collected();
         Ok(())
     }
 
@@ -121,9 +113,7 @@ impl World {
         let mut newest = None;
         self.ports.commands[uav.index()].drain_until(|command, stamps| {
             newest = Some((*command, *stamps));
-            if let Some(measure) = &mut self.measure {
-                measure.note(command.tick.0, uav.index() as u32, stamps);
-            }
+            self.probe.answer_seen(uav, command.tick, stamps);
             // Nothing newer than the open tick's command can come: a further look would cost as much as finding one.
             command.tick >= now
         })?;
@@ -139,23 +129,21 @@ impl World {
     /// Closes the tick's account, and sends how long it took.
     fn end_tick(&mut self) -> Result<(), BusError> {
         // The clock comes first: hashing the answers does not make the tick late.
-        let lateness = self.pass_deadline();
+        let (lateness, paced) = self.pass_deadline();
         let CommandCounts { answered, reused } = self.airspace.end_tick();
-        if let Some(measure) = &mut self.measure {
-            measure.finish(reused, lateness.map(|(due_ns, lateness)| (due_ns, lateness.missed_deadlines)));
-        }
-        let Lateness { late_ns, missed_deadlines } =
-            lateness.map(|(_, lateness)| lateness).unwrap_or_default();
+        self.probe.tick_finished(reused, paced);
+        let Lateness { late_ns, missed_deadlines } = lateness;
         let timing = TickTiming { answered, reused, late_ns, missed_deadlines, ..self.answers.timing() };
         self.wall_clock.add(&timing);
         self.ports.timing.send(timing, Stamps::now())?;
         self.ports.log_failed_connections(self.airspace.now())
     }
 
-    /// In real time: ends the tick at this moment. Returns when that was due and how late it is.
-    fn pass_deadline(&mut self) -> Option<(u64, Lateness)> {
-        let TickClock::RealTime(deadlines) = &mut self.clock else { return None };
+    /// In real time: ends the tick at this moment, and sets the next deadline.
+    fn pass_deadline(&mut self) -> (Lateness, Option<PacedTick>) {
+        let TickClock::RealTime(deadlines) = &mut self.clock else { return (Lateness::default(), None) };
         let due_ns = deadlines.due().at_ns;
-        Some((due_ns, deadlines.advance(monotonic_ns())))
+        let lateness = deadlines.advance(monotonic_ns());
+        (lateness, Some(PacedTick { due_ns, skipped: lateness.missed_deadlines }))
     }
 }

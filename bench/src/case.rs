@@ -1,0 +1,142 @@
+//! One case of a benchmark: what carries the data, when ticks begin, and how many processes take part.
+//!
+//! Must never start a process or measure anything.
+
+use ringwing_scenario::{Scenario, ScenarioError, Wake, start};
+use serde::{Deserialize, Serialize};
+use std::{fmt, str::FromStr};
+
+/// Length of the flight of a case, in seconds: the longest that a scenario allows. The measurement ends the flight long
+/// before.
+const FLIGHT_S: f64 = 24.0 * 3600.0;
+/// Simulated rate of a closed loop, in Hz. It decides what a tick computes, not when it begins.
+const CLOSED_RATE_HZ: u32 = 100;
+/// Fewest UAVs that form a ring; a scenario needs a special permission for fewer.
+const RING_UAVS: u32 = 3;
+
+/// One point on the axes of a benchmark.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Case {
+    /// What carries the data.
+    #[serde(rename = "subject")]
+    pub carrier: Carrier,
+    /// When ticks begin.
+    pub load: Load,
+    /// Number of agents, or of peers in their place; each is a process.
+    pub uavs: u32,
+    /// How processes wait for a tick; differs only for the swarm.
+    pub wake: Wake,
+    /// Bytes sent each way in every tick, on top of the messages themselves.
+    pub payload_bytes: u32,
+    /// Whether a recorder writes everything to a log.
+    pub recorder: bool,
+}
+
+/// What carries the data of a tick between the processes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Carrier {
+    /// The swarm itself: the real world, agents, law and messages.
+    Swarm,
+    /// Floor: the tick gate with the same number of processes, and no data.
+    Gate,
+    /// Floor: two processes take turns at one atomic word in shared memory, and spin.
+    Atomic,
+    /// A futex in shared memory wakes all processes; no data.
+    Futex,
+    /// A pipe to each peer and one back, blocking.
+    Pipe,
+    /// Pipes that are polled between yields.
+    PipePolled,
+    /// Unix datagram sockets, blocking.
+    UnixDatagram,
+    /// UDP over the loopback interface, blocking.
+    Udp,
+    /// TCP over the loopback interface with `TCP_NODELAY`, blocking.
+    Tcp,
+}
+
+/// When ticks begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Load {
+    /// Each tick begins as soon as the last one is answered.
+    Closed,
+    /// Ticks begin at this rate in Hz, whether or not all agents have answered.
+    Paced(u32),
+}
+
+impl Carrier {
+    /// Whether messages are sent at all.
+    pub fn carries_data(self) -> bool {
+        !matches!(self, Self::Gate | Self::Atomic | Self::Futex)
+    }
+}
+
+impl Case {
+    /// The scenario of this case: drawn start positions, a sky without obstacles, the paper's law.
+    ///
+    /// # Errors
+    /// If there is no room for so many UAVs to start.
+    pub fn scenario(&self, seed: u64) -> Result<Scenario, ScenarioError> {
+        let mut scenario = Scenario { name: "bench".into(), seed, ..Scenario::default() };
+        scenario.formation.uavs = self.uavs;
+        scenario.time.duration_s = FLIGHT_S;
+        scenario.time.real_time = self.load != Load::Closed;
+        scenario.time.rate_hz = match self.load {
+            Load::Closed => CLOSED_RATE_HZ,
+            Load::Paced(rate_hz) => rate_hz,
+        };
+        scenario.ipc.wake = self.wake;
+        (scenario.ipc.payload_bytes, scenario.ipc.few_uavs) = (self.payload_bytes, self.uavs < RING_UAVS);
+        // Validates the scenario, as if it had been read from a file.
+        let scenario = Scenario::resolved(&scenario.to_toml())?;
+        start::states(&scenario)?;
+        Ok(scenario)
+    }
+}
+
+/// Writes the case as JSON, so that it fits into one argument of a command.
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&serde_json::to_string(self).map_err(|_| fmt::Error)?)
+    }
+}
+
+/// Reads what [`Display`](fmt::Display) wrote.
+impl FromStr for Case {
+    type Err = serde_json::Error;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        serde_json::from_str(text)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CASE: Case = Case {
+        carrier: Carrier::Swarm,
+        load: Load::Paced(50),
+        uavs: 2,
+        wake: Wake::Event,
+        payload_bytes: 64,
+        recorder: false,
+    };
+
+    #[test]
+    fn a_case_survives_the_command_line() {
+        let text = CASE.to_string();
+        assert_eq!(text.parse::<Case>().unwrap(), CASE);
+        assert!(text.starts_with("{\"subject\":\"swarm\",\"load\":{\"paced\":50},"), "{text}");
+    }
+
+    #[test]
+    fn a_case_becomes_a_valid_scenario() {
+        let scenario = CASE.scenario(7).unwrap();
+        assert_eq!((scenario.formation.uavs, scenario.time.rate_hz, scenario.seed), (2, 50, 7));
+        assert!(scenario.time.real_time && scenario.ipc.wake == Wake::Event);
+        assert!(scenario.obstacles.is_empty());
+    }
+}

@@ -1,0 +1,46 @@
+//! `ringwing bench`: how long a control tick takes across processes, where the time goes, and what other transports cost.
+//!
+//! [`args`] says what to measure, as [`case`]s; [`order`] shuffles them; [`runner`] measures each in a process of its own
+//! ([`case_args`]): the swarm itself, or a [`transport`] in its place. [`measure`] keeps the timestamps of every tick and
+//! writes them as a [`trace`]; [`usage`] reads what processes used. [`hops`] computes latencies from a trace, [`latencies`]
+//! and [`statistics`] describe them, and [`result`] holds everything. A result is shown as a [`table`], a [`page`] with
+//! [`charts`], [`histogram_files`], or beside another one ([`compare`]); all figures come from [`quantity`], all names from
+//! [`label`]. [`doctor`] looks at the machine, and [`scratch`] is the temporary folder.
+//!
+//! Must never filter a sample, and must never change what flies.
+
+mod args;
+mod case;
+mod case_args;
+mod charts;
+mod compare;
+mod doctor;
+mod error;
+#[cfg(test)]
+mod example;
+mod histogram_files;
+mod hops;
+mod label;
+mod latencies;
+mod measure;
+mod order;
+mod page;
+mod quantity;
+mod report;
+mod result;
+mod runner;
+mod scratch;
+mod statistics;
+mod table;
+mod trace;
+mod transport;
+mod usage;
+
+pub use args::{BenchArgs, PlacementArgs};
+pub use case::{Carrier, Case, Load};
+pub use case_args::{CaseArgs, FLIGHT_LOG};
+pub use error::BenchError;
+pub use measure::{Measure, MeasureArgs};
+pub use report::{Report, run};
+pub use scratch::remove_abandoned;
+pub use transport::peer::{PeerArgs, run as run_peer};

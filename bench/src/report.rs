@@ -1,0 +1,119 @@
+//! The verb `ringwing bench` itself: checks the options, measures, and reports.
+//!
+//! Must never start anything before all options are checked. Must never print: the command prints the report.
+
+use crate::{
+    args::{Axes, BenchArgs, BenchVerb},
+    case::Carrier,
+    compare, doctor,
+    error::BenchError,
+    histogram_files, page,
+    result::{FORMAT, Machine, RESULTS_FILE, Results},
+    runner::Runner,
+    table,
+};
+use std::{fs, io, path::Path, time::SystemTime};
+
+/// Name of the page beside the results.
+const PAGE: &str = "index.html";
+/// Name of the folder with the histograms beside the results.
+const HISTOGRAMS: &str = "histograms";
+
+/// What a benchmark has to say.
+#[derive(Debug)]
+pub struct Report {
+    /// The text to print, or the JSON.
+    pub text: String,
+    /// Whether everything was measured that was asked for.
+    pub is_complete: bool,
+}
+
+impl Report {
+    fn complete(text: String) -> Self {
+        Self { text, is_complete: true }
+    }
+}
+
+/// Measures what `args` ask for, and writes the results to the user's folder, if there is one.
+pub fn run(args: &BenchArgs) -> Result<Report, BenchError> {
+    if let Some(BenchVerb::Compare(results)) = &args.verb {
+        return compare::run(results).map(Report::complete);
+    }
+    if args.doctor {
+        return Ok(Report::complete(doctor::render(&doctor::inspect())));
+    }
+    let axes = check(args)?;
+    let results = measure(args, &axes)?;
+    let is_complete = !results.interrupted && results.cases.iter().all(|case| case.failure.is_none());
+    Ok(Report { text: report(args, &results)?, is_complete })
+}
+
+/// Refuses everything that can be known to be wrong before anything starts.
+fn check(args: &BenchArgs) -> Result<Axes, BenchError> {
+    let axes = args.axes()?;
+    args.placement.placement().check()?;
+    for case in axes.cases().iter().filter(|case| case.carrier == Carrier::Swarm) {
+        case.scenario(args.seed)?;
+    }
+    args.out.as_deref().map_or(Ok(()), create_folder)?;
+    Ok(axes)
+}
+
+fn create_folder(out: &Path) -> Result<(), BenchError> {
+    if out.join(RESULTS_FILE).exists() {
+        let text = format!("--out {}: already holds results; choose another folder", out.display());
+        return Err(BenchError::Usage(text));
+    }
+    fs::create_dir_all(out).map_err(|why| {
+        BenchError::Usage(format!("--out {}: {why}; choose a folder that can be written", out.display()))
+    })
+}
+
+fn measure(args: &BenchArgs, axes: &Axes) -> Result<Results, BenchError> {
+    // Look at the machine before the benchmark itself makes it busy.
+    let machine = machine(axes);
+    let began = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    let logs = args.out.as_deref().filter(|_| args.mcap);
+    let runner = Runner::new(axes, &args.placement, args.seed, logs)?;
+    let cases = runner.run(args.json);
+    Ok(Results {
+        format: FORMAT.into(),
+        ringwing: env!("CARGO_PKG_VERSION").into(),
+        began,
+        command: std::env::args().collect::<Vec<_>>().join(" "),
+        seed: args.seed,
+        machine,
+        interrupted: runner.is_interrupted(),
+        cases,
+    })
+}
+
+fn machine(axes: &Axes) -> Machine {
+    let mut machine = doctor::inspect();
+    // The agents and the world, or the peers and the hub.
+    let most_processes = axes.cases().iter().map(|case| case.uavs + 1).max();
+    machine.warnings.extend(most_processes.and_then(doctor::crowded));
+    machine
+}
+
+/// Writes the files that the user wants, and returns the text to print.
+fn report(args: &BenchArgs, results: &Results) -> Result<String, BenchError> {
+    let json = serde_json::to_string(results).expect("results are plain data");
+    if let Some(out) = &args.out {
+        write(out, &json, results).map_err(BenchError::file(out, "written"))?;
+    }
+    if args.json {
+        return Ok(json);
+    }
+    let written = args
+        .out
+        .as_ref()
+        .map(|out| format!("\n\nresults  {}: {RESULTS_FILE}, {PAGE}, {HISTOGRAMS}/", out.display()));
+    Ok(table::render(results).trim_end().to_owned() + &written.unwrap_or_default())
+}
+
+fn write(out: &Path, json: &str, results: &Results) -> io::Result<()> {
+    fs::write(out.join(RESULTS_FILE), json)?;
+    fs::write(out.join(PAGE), page::render(results))?;
+    histogram_files::write(&out.join(HISTOGRAMS), results)
+}

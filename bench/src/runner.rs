@@ -1,0 +1,242 @@
+//! Measures all cases one after the other, each in a process of its own, and shows the progress.
+//!
+//! Must never measure anything itself: this process sleeps while a case runs. Must never leave anything behind, however the
+//! benchmark ends.
+
+use crate::{
+    args::{Axes, PlacementArgs},
+    case::{Carrier, Case},
+    case_args::{CaseArgs, FLIGHT_LOG},
+    error::BenchError,
+    hops, label,
+    measure::MeasureArgs,
+    order::order,
+    result::{Measured, Repeat},
+    scratch::Scratch,
+    trace::Trace,
+    transport::hub,
+};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use ringwing_bus::{DomainOwner, StopFlag};
+use rustix::process::{Pid, Signal, kill_process};
+use std::{
+    fs,
+    io::Read,
+    os::unix::process::CommandExt,
+    path::Path,
+    process::{Child, Command, ExitStatus, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+/// Time that a case may take to start and to end, on top of its measured time. Shorter fails large swarms on slow machines.
+const OVERHEAD: Duration = Duration::from_secs(60);
+/// Time that a case may take to end after a request; then it is killed. A flight itself gives its processes 10 s.
+const LEAVE_TIMEOUT: Duration = Duration::from_secs(12);
+/// Pause between two looks at the case. Shorter would disturb the measurement, longer slows down a benchmark of many cases.
+const POLL_PERIOD: Duration = Duration::from_millis(5);
+
+/// A benchmark that is running.
+pub(crate) struct Runner<'a> {
+    axes: &'a Axes,
+    placement: &'a PlacementArgs,
+    seed: u64,
+    /// The folder for logs of flights, if the user wants them.
+    logs: Option<&'a Path>,
+    stop: StopFlag,
+    began: Instant,
+    folder: Scratch,
+}
+
+impl<'a> Runner<'a> {
+    pub(crate) fn new(
+        axes: &'a Axes,
+        placement: &'a PlacementArgs,
+        seed: u64,
+        logs: Option<&'a Path>,
+    ) -> Result<Self, BenchError> {
+        // Before anything else: from here on, an interrupt ends the benchmark in order.
+        let stop = StopFlag::on_signals()?;
+        let folder = Scratch::new().map_err(BenchError::system(
+            "no temporary folder can be created; set TMPDIR to a writable folder",
+        ))?;
+        Ok(Self { axes, placement, seed, logs, stop, began: Instant::now(), folder })
+    }
+
+    /// Whether the user ended the benchmark early.
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.stop.is_set()
+    }
+
+    /// Measures all cases, or as many as it can before an interrupt.
+    pub(crate) fn run(&self, quiet: bool) -> Vec<Measured> {
+        let cases = self.axes.cases();
+        let order = order(cases.len(), self.axes.repeats, self.seed);
+        let bar = progress_bar(order.len() as u64, quiet);
+        let mut measured: Vec<Measured> =
+            cases.into_iter().map(|case| Measured { case, repeats: Vec::new(), failure: None }).collect();
+        for (place, index) in order.into_iter().enumerate() {
+            bar.set_message(label::case(&measured[index].case));
+            bar.tick();
+            match self.measure(place as u32, &measured[index].case) {
+                // What an interrupted case reports is incomplete.
+                _ if self.stop.is_set() => break,
+                Ok(repeat) => measured[index].repeats.push(repeat),
+                Err(error) => measured[index].failure = Some(error.to_string()),
+            }
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        measured
+    }
+
+    fn measure(&self, place: u32, case: &Case) -> Result<Repeat, BenchError> {
+        let folder = self.folder.path().join(place.to_string());
+        fs::create_dir(&folder).map_err(BenchError::file(&folder, "created"))?;
+        let began_s = self.began.elapsed().as_secs_f64();
+        let result = self.measure_in(case, &folder);
+        let kept = self.keep_log(case, &folder);
+        // Traces are large: remove each before the next case, even if this one failed.
+        fs::remove_dir_all(&folder).map_err(BenchError::file(&folder, "removed"))?;
+        kept?;
+        Ok(Repeat { place, began_s, ..result? })
+    }
+
+    fn measure_in(&self, case: &Case, folder: &Path) -> Result<Repeat, BenchError> {
+        let path = folder.join("trace");
+        // Owned here until the peers' traces are read, so that a killed hub leaves nothing in shared memory.
+        let owner = (case.carrier != Carrier::Swarm).then(|| DomainOwner::create("")).transpose()?;
+        let mut command = self.command(&CaseArgs {
+            case: case.clone(),
+            seed: self.seed,
+            domain: owner.as_ref().map(|(owner, _)| owner.domain().id().clone()),
+            measure: MeasureArgs {
+                measure_into: Some(path.clone()),
+                warm_up_s: Some(self.axes.warm_up_s),
+                measure_s: Some(self.axes.measure_s),
+            },
+            placement: self.placement.clone(),
+            launcher: std::process::id(),
+        });
+        let child = self.placement.placement().start(0, || command.spawn());
+        self.wait(child.map_err(BenchError::system("a case cannot be started"))?)?;
+        let (head, mut trace) = Trace::load(&path)?;
+        if owner.is_some() {
+            hub::add_peers(&mut trace, &path, case.uavs)?;
+        }
+        if trace.ticks.is_empty() {
+            return Err(BenchError::case("no tick began in the measured time"));
+        }
+        Ok(hops::repeat(case, &head, &trace))
+    }
+
+    fn command(&self, args: &CaseArgs) -> Command {
+        let mut command = Command::new("/proc/self/exe");
+        command.arg("bench-case").args(args.to_arguments());
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        // In a process group of its own: the terminal sends Ctrl-C to the benchmark alone, which ends the case in order.
+        command.process_group(0);
+        command
+    }
+
+    /// Waits until a case ends. A case that fails gives its reason on stderr.
+    fn wait(&self, mut child: Child) -> Result<(), BenchError> {
+        let mut stderr = child.stderr.take();
+        // Read while waiting: a full pipe would block the case.
+        let reader = thread::spawn(move || {
+            let mut text = String::new();
+            if let Some(stderr) = &mut stderr {
+                // Text that cannot be read is text that cannot be shown.
+                let _ = stderr.read_to_string(&mut text);
+            }
+            text
+        });
+        let limit = Duration::from_secs_f64(self.axes.warm_up_s + self.axes.measure_s) + OVERHEAD;
+        let ended = self.wait_within(&mut child, limit).map_err(BenchError::system("a case is lost"))?;
+        let said = reader.join().unwrap_or_default();
+        match ended {
+            Some(status) if status.success() => Ok(()),
+            Some(status) if said.trim().is_empty() => {
+                Err(BenchError::case(format!("its process ended with {status}")))
+            }
+            Some(_) => Err(BenchError::case(reason(&said))),
+            None => Err(BenchError::case(format!(
+                "it took longer than {:.0} s and was killed",
+                limit.as_secs_f64()
+            ))),
+        }
+    }
+
+    /// Waits for `child`, asks it to end after `limit` or an interrupt, and kills it if it does not.
+    ///
+    /// Returns how it ended, or `None` if it was killed.
+    fn wait_within(&self, child: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus>> {
+        let since = Instant::now();
+        let mut asked_at: Option<Instant> = None;
+        loop {
+            if let Some(status) = child.try_wait()? {
+                return Ok(Some(status));
+            }
+            if asked_at.is_none() && (self.stop.is_set() || since.elapsed() > limit) {
+                asked_at = Some(Instant::now());
+                ask_to_end(child.id());
+            }
+            if asked_at.is_some_and(|asked_at| asked_at.elapsed() > LEAVE_TIMEOUT) {
+                child.kill()?;
+                child.wait()?;
+                return Ok(None);
+            }
+            thread::sleep(POLL_PERIOD);
+        }
+    }
+
+    /// Copies the log of the first flight of `case` to the user's folder.
+    fn keep_log(&self, case: &Case, folder: &Path) -> Result<(), BenchError> {
+        let Some(logs) = self.logs.filter(|_| case.recorder) else { return Ok(()) };
+        let (from, to) = (folder.join(FLIGHT_LOG), logs.join(format!("{}.mcap", label::file(case))));
+        if from.exists() && !to.exists() {
+            fs::copy(&from, &to).map_err(BenchError::file(&to, "written"))?;
+        }
+        Ok(())
+    }
+}
+
+/// Most lines that are quoted from the stderr of a failed case; a hub's peers all complain about the same problem.
+const REASON_LINES: usize = 3;
+
+/// The first lines of what a failed case wrote to stderr, as one line.
+fn reason(said: &str) -> String {
+    let mut lines =
+        said.lines().map(|line| line.trim_start_matches("ringwing: ").trim()).filter(|line| !line.is_empty());
+    let first: Vec<&str> = lines.by_ref().take(REASON_LINES).collect();
+    match lines.count() {
+        0 => first.join("; "),
+        more => format!("{}; and {more} more lines", first.join("; ")),
+    }
+}
+
+fn ask_to_end(process: u32) {
+    if let Some(pid) = Pid::from_raw(process.cast_signed()) {
+        // It may have ended just now; its exit status will tell.
+        let _ = kill_process(pid, Signal::TERM);
+    }
+}
+
+fn progress_bar(length: u64, quiet: bool) -> ProgressBar {
+    let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+    let bar = ProgressBar::with_draw_target(Some(length), target);
+    let style = ProgressStyle::with_template("{bar:24} {pos}/{len}, {eta} left: {msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_first_reasons_are_quoted() {
+        assert_eq!(reason("ringwing: bench: no place\n"), "bench: no place");
+        assert_eq!(reason("ringwing: a\n\nb\nc\nd\ne\n"), "a; b; c; and 2 more lines");
+    }
+}

@@ -1,0 +1,198 @@
+//! The hub: the process in the world's place. It sends each tick to all peers and waits until all have answered.
+//!
+//! Must never begin a tick before its time, and must never make up for a tick that it missed.
+
+use super::{
+    connection::Connection,
+    exchange::{END, Exchange, put_tick, round_of, tick_in, turn_of},
+    peer::trace_path,
+    peers::{PEER_TIMEOUT, Peers},
+    shared_words::SharedWords,
+};
+use crate::{
+    case::{Carrier, Case, Load},
+    error::BenchError,
+    measure::{Measure, MeasureArgs},
+    trace::Trace,
+};
+use ringwing_bus::{
+    Deadlines, Domain, Gate, PacedTick, Placement, Proceed, TickProbe, WaitStrategy, monotonic_ns,
+    processes_per_core,
+};
+use ringwing_flight::{Part, Tick};
+use std::{path::Path, time::Instant};
+
+/// Measures `case` between processes in `domain`, and writes the trace to the file that `measure` names.
+pub(crate) fn run(
+    case: &Case,
+    domain: &Domain,
+    measure: &MeasureArgs,
+    placement: &Placement,
+) -> Result<(), BenchError> {
+    let no_file = || BenchError::case("a hub needs --measure-into");
+    let folder = measure.measure_into.as_deref().and_then(Path::parent).ok_or_else(no_file)?;
+    let mut measure = Measure::new(measure).ok_or_else(no_file)?;
+    let gate = domain.gate()?;
+    let mut peers = Peers::start(case, domain, folder, placement)?;
+    peers.wait_until_ready(&gate)?;
+    gate.set_ready_process(Part::World, Some(std::process::id()));
+    let to_peers = ToPeers::open(&mut peers, case, domain)?;
+    let mut hub = Hub { case, gate, strategy: wait_strategy(case.load), to_peers };
+    hub.run(&mut measure)?;
+    measure.run_ended(&hub.gate)?;
+    hub.end()?;
+    peers.wait_until_ended()
+}
+
+/// Adds the timestamps that the `peers` wrote beside `path` to the hub's own trace.
+pub(crate) fn add_peers(trace: &mut Trace, path: &Path, peers: u32) -> Result<(), BenchError> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let first = trace.ticks.first().map_or(END, |tick| tick.tick);
+    for member in 0..peers {
+        let (_, of_peer) = Trace::load(&trace_path(folder, member))?;
+        for mut step in of_peer.steps {
+            // A peer also keeps the ticks of the warm-up.
+            let index = usize::try_from(step.tick.saturating_sub(first)).ok();
+            if let Some(tick) = index.and_then(|index| trace.ticks.get(index)) {
+                // The hub reads all answers in a row, so each has been read once all have.
+                step.seen_ns = tick.collected_ns;
+                trace.steps.push(step);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn wait_strategy(load: Load) -> WaitStrategy {
+    if load == Load::Closed { WaitStrategy::yielding() } else { WaitStrategy::timed() }
+}
+
+struct Hub<'a> {
+    case: &'a Case,
+    gate: Gate,
+    strategy: WaitStrategy,
+    to_peers: ToPeers,
+}
+
+/// The hub's ends of the transport.
+enum ToPeers {
+    Gate,
+    Futex(SharedWords),
+    Turns(SharedWords),
+    Connections { connections: Vec<Connection>, ask: Vec<u8>, answer: Vec<u8> },
+}
+
+impl ToPeers {
+    fn open(peers: &mut Peers, case: &Case, domain: &Domain) -> Result<Self, BenchError> {
+        let words = || {
+            SharedWords::open(&domain.words_path())
+                .map_err(BenchError::system("shared memory cannot be mapped"))
+        };
+        Ok(match case.carrier {
+            Carrier::Swarm | Carrier::Gate => Self::Gate,
+            Carrier::Futex => Self::Futex(words()?),
+            Carrier::Atomic => Self::Turns(words()?),
+            _ => {
+                let connections = peers.connections(case)?;
+                let Exchange { ask_bytes, answer_bytes } = Exchange::of(case);
+                Self::Connections { connections, ask: vec![0; ask_bytes], answer: vec![0; answer_bytes] }
+            }
+        })
+    }
+}
+
+impl Hub<'_> {
+    /// Opens ticks until `measure` has enough, as the world does.
+    fn run(&mut self, measure: &mut Measure) -> Result<(), BenchError> {
+        let mut deadlines = self.deadlines();
+        for tick in 0.. {
+            match measure.before_tick(&self.gate) {
+                Proceed::Fly => {}
+                Proceed::RestartDeadlines => deadlines = self.deadlines(),
+                Proceed::End => break,
+            }
+            if let Some(deadlines) = &deadlines {
+                self.gate.set_due(deadlines.due());
+            }
+            measure.tick_opened(Tick(tick), monotonic_ns());
+            self.open(tick)?;
+            measure.inputs_published();
+            self.collect(tick)?;
+            measure.answers_collected();
+            let paced = deadlines.as_mut().map(|deadlines| wait_for_deadline(deadlines, &mut self.strategy));
+            measure.tick_finished(0, paced);
+        }
+        Ok(())
+    }
+
+    fn deadlines(&self) -> Option<Deadlines> {
+        match self.case.load {
+            Load::Closed => None,
+            Load::Paced(rate_hz) => {
+                Some(Deadlines::new(rate_hz, processes_per_core(self.case.uavs + 1), monotonic_ns()))
+            }
+        }
+    }
+
+    fn open(&mut self, tick: i64) -> Result<(), BenchError> {
+        match &mut self.to_peers {
+            ToPeers::Gate => self.gate.open_tick(Tick(tick), self.case.uavs),
+            ToPeers::Futex(words) => words.broadcast(round_of(tick)),
+            ToPeers::Turns(words) => words.pass(turn_of(tick)),
+            ToPeers::Connections { connections, ask, .. } => {
+                put_tick(ask, tick);
+                let sent = connections.iter_mut().try_for_each(|connection| connection.send(ask));
+                sent.map_err(BenchError::system("a tick cannot be sent"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until all peers have answered `tick`.
+    fn collect(&mut self, tick: i64) -> Result<(), BenchError> {
+        let since = Instant::now();
+        let no_answer = || BenchError::case(format!("a peer did not answer tick {tick}"));
+        let in_time = || if since.elapsed() < PEER_TIMEOUT { Ok(()) } else { Err(no_answer()) };
+        match &mut self.to_peers {
+            ToPeers::Gate => {
+                while !self.gate.is_answered() {
+                    self.gate.wait_for_answers(&mut self.strategy, PEER_TIMEOUT);
+                    in_time()?;
+                }
+            }
+            ToPeers::Futex(words) => {
+                while !words.wait_for_answers(self.case.uavs) {
+                    in_time()?;
+                }
+            }
+            ToPeers::Turns(words) => {
+                words.spin_while(turn_of(tick)).ok_or_else(no_answer)?;
+            }
+            ToPeers::Connections { connections, answer, .. } => {
+                for connection in connections {
+                    connection.receive(answer).map_err(BenchError::system("a peer did not answer"))?;
+                    if tick_in(answer) != tick {
+                        return Err(BenchError::case(format!("a peer answered another tick than {tick}")));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), BenchError> {
+        match &mut self.to_peers {
+            ToPeers::Gate => self.gate.close(),
+            ToPeers::Futex(words) | ToPeers::Turns(words) => words.end(),
+            ToPeers::Connections { .. } => self.open(END)?,
+        }
+        Ok(())
+    }
+}
+
+/// Waits for the deadline; returns when the next tick is due.
+fn wait_for_deadline(deadlines: &mut Deadlines, strategy: &mut WaitStrategy) -> PacedTick {
+    let due = deadlines.due();
+    strategy.wait_until(due, || false);
+    PacedTick { due_ns: due.at_ns, skipped: deadlines.advance(monotonic_ns()).missed_deadlines }
+}

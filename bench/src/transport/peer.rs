@@ -1,0 +1,164 @@
+//! A peer: the process in an agent's place. It answers each tick with as many bytes as an agent sends, and computes nothing.
+//!
+//! Keeps its timestamps in memory and writes them to a file after the last tick.
+//!
+//! Must never decide when a tick begins.
+
+use super::{
+    connection::{Connection, duplicated},
+    exchange::{END, Exchange, put_tick, tick_in, tick_of},
+    shared_words::SharedWords,
+};
+use crate::{
+    case::{Carrier, Case, Load},
+    error::BenchError,
+    trace::{StepRecord, Trace, TraceHead},
+};
+use ringwing_bus::{Domain, DomainId, Gate, StopFlag, Wait, WaitStrategy, die_with, monotonic_ns};
+use ringwing_flight::{Part, Tick, UavId};
+use std::{
+    io,
+    net::{Ipv4Addr, TcpStream, UdpSocket},
+    os::unix::net::UnixDatagram,
+    path::{Path, PathBuf},
+};
+
+/// Ticks that memory is reserved for. After more, an answer may wait for the trace to be copied.
+const RESERVED_TICKS: usize = 1 << 20;
+
+/// Which peer to be, in which case.
+#[derive(Debug, Clone, clap::Args)]
+pub struct PeerArgs {
+    /// The case, in JSON.
+    #[arg(long)]
+    case: Case,
+    /// Number of this peer, from 0.
+    #[arg(long)]
+    member: u32,
+    /// The domain of the hub.
+    #[arg(long)]
+    domain: DomainId,
+    /// The port on which the hub listens, for UDP and TCP.
+    #[arg(long, default_value_t = 0)]
+    port: u16,
+    /// The folder for the timestamps.
+    #[arg(long)]
+    into: PathBuf,
+    /// Process id of the hub; the peer ends with it.
+    #[arg(long)]
+    launcher: u32,
+}
+
+/// The file into which peer `member` writes its timestamps.
+pub(super) fn trace_path(folder: &Path, member: u32) -> PathBuf {
+    folder.join(format!("peer-{member}.trace"))
+}
+
+/// Answers ticks until the hub ends the run.
+pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
+    die_with(args.launcher)?;
+    let stop = StopFlag::on_signals()?;
+    let domain = Domain::join(&args.domain)?;
+    let mut to_hub = ToHub::open(args, &domain)?;
+    let mut trace = Trace { ticks: Vec::new(), steps: Vec::with_capacity(RESERVED_TICKS) };
+    domain.gate()?.set_ready_process(Part::Agent(UavId(args.member + 1)), Some(std::process::id()));
+    while let Some((tick, woke_ns)) = to_hub.next_tick(&stop).map_err(BenchError::system("no tick"))? {
+        let read_ns = monotonic_ns();
+        let sent_ns = monotonic_ns();
+        to_hub.answer(tick).map_err(BenchError::system("a tick cannot be answered"))?;
+        let member = args.member;
+        trace.steps.push(StepRecord { tick, woke_ns, read_ns, sent_ns, member, ..StepRecord::default() });
+    }
+    Ok(trace.save(&trace_path(&args.into, args.member), &TraceHead::default())?)
+}
+
+/// The peer's end of the transport.
+enum ToHub {
+    Gate { gate: Gate, strategy: WaitStrategy, seen: Option<Tick> },
+    Futex { words: SharedWords, seen: u32, peers: u32 },
+    Turns { words: SharedWords, seen: u32 },
+    Connection { connection: Connection, ask: Vec<u8>, answer: Vec<u8> },
+}
+
+impl ToHub {
+    fn open(args: &PeerArgs, domain: &Domain) -> Result<Self, BenchError> {
+        let failed = BenchError::system("the hub cannot be reached");
+        match args.case.carrier {
+            Carrier::Gate | Carrier::Swarm => {
+                let is_closed = args.case.load == Load::Closed;
+                let strategy = if is_closed { WaitStrategy::yielding() } else { WaitStrategy::timed() };
+                Ok(Self::Gate { gate: domain.gate()?, strategy, seen: None })
+            }
+            Carrier::Futex | Carrier::Atomic => Self::open_words(args, domain).map_err(failed),
+            _ => Self::connect(args).map_err(failed),
+        }
+    }
+
+    fn open_words(args: &PeerArgs, domain: &Domain) -> io::Result<Self> {
+        let words = SharedWords::open(&domain.words_path())?;
+        Ok(match args.case.carrier {
+            Carrier::Futex => Self::Futex { words, seen: 0, peers: args.case.uavs },
+            _ => Self::Turns { words, seen: 0 },
+        })
+    }
+
+    fn connect(args: &PeerArgs) -> io::Result<Self> {
+        // The hub hands pipes and Unix sockets over as stdin and stdout.
+        let connection = match args.case.carrier {
+            Carrier::Pipe => Connection::pipe(duplicated(io::stdout())?, duplicated(io::stdin())?),
+            Carrier::PipePolled => Connection::polled(duplicated(io::stdout())?, duplicated(io::stdin())?)?,
+            Carrier::UnixDatagram => Connection::UnixDatagram(UnixDatagram::from(duplicated(io::stdin())?)),
+            Carrier::Udp => Connection::Udp(introduced_udp(args)?),
+            _ => Connection::tcp(TcpStream::connect((Ipv4Addr::LOCALHOST, args.port))?)?,
+        };
+        let Exchange { ask_bytes, answer_bytes } = Exchange::of(&args.case);
+        Ok(Self::Connection { connection, ask: vec![0; ask_bytes], answer: vec![1; answer_bytes] })
+    }
+
+    /// Waits for the next tick; returns it with the time at which it was seen, or `None` at the end of the run.
+    fn next_tick(&mut self, stop: &StopFlag) -> io::Result<Option<(i64, u64)>> {
+        let tick = match self {
+            Self::Gate { gate, strategy, seen } => match gate.wait(*seen, strategy, stop) {
+                Wait::Tick(tick) => {
+                    *seen = Some(tick);
+                    Some(tick.0)
+                }
+                Wait::Closed | Wait::Stopped => None,
+            },
+            Self::Futex { words, seen, .. } => words.wait(*seen).inspect(|round| *seen = *round).map(tick_of),
+            Self::Turns { words, seen } => {
+                words.spin_while(*seen).inspect(|round| *seen = *round).map(|round| i64::from(round / 2))
+            }
+            Self::Connection { connection, ask, .. } => match connection.receive(ask) {
+                // A hub that is gone closes its end.
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => None,
+                received => received.map(|()| Some(tick_in(ask)).filter(|tick| *tick != END))?,
+            },
+        };
+        Ok(tick.map(|tick| (tick, monotonic_ns())))
+    }
+
+    fn answer(&mut self, tick: i64) -> io::Result<()> {
+        match self {
+            Self::Gate { gate, .. } => gate.answer(),
+            Self::Futex { words, peers, .. } => words.answer(*peers),
+            Self::Turns { words, seen } => {
+                *seen += 1;
+                words.pass(*seen);
+            }
+            Self::Connection { connection, answer, .. } => {
+                put_tick(answer, tick);
+                connection.send(answer)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A UDP socket whose first datagram tells the hub its address.
+fn introduced_udp(args: &PeerArgs) -> io::Result<UdpSocket> {
+    let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
+    socket.connect((Ipv4Addr::LOCALHOST, args.port))?;
+    socket.send(&args.member.to_le_bytes())?;
+    Ok(socket)
+}

@@ -1,0 +1,184 @@
+//! The peers of a hub as child processes: starting them, connecting to them, and waiting for their end.
+//!
+//! Must never take part in a tick.
+
+use super::connection::Connection;
+use crate::{
+    case::{Carrier, Case},
+    error::BenchError,
+};
+use ringwing_bus::{Domain, Gate, Placement};
+use ringwing_flight::{Part, UavId};
+use std::{
+    io,
+    net::{Ipv4Addr, TcpListener, UdpSocket},
+    os::{fd::OwnedFd, unix::net::UnixDatagram},
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread,
+    time::{Duration, Instant},
+};
+
+/// How long a peer may take to start, to answer, and to end. Shorter fails cases on an overloaded machine.
+pub(super) const PEER_TIMEOUT: Duration = Duration::from_secs(10);
+/// Pause between two looks at a peer that starts or ends; no tick goes on meanwhile.
+const POLL_PERIOD: Duration = Duration::from_millis(1);
+
+/// The peers' processes, and the hub's ends of their connections until [`Peers::connections`] takes them.
+pub(super) struct Peers {
+    children: Vec<Child>,
+    unix_sockets: Vec<OwnedFd>,
+    listener: Option<TcpListener>,
+    udp_sockets: Vec<UdpSocket>,
+}
+
+impl Peers {
+    /// Starts a peer for each UAV of `case`; each writes its timestamps into `folder`.
+    pub(super) fn start(
+        case: &Case,
+        domain: &Domain,
+        folder: &Path,
+        placement: &Placement,
+    ) -> Result<Self, BenchError> {
+        let mut peers = Self {
+            children: Vec::new(),
+            unix_sockets: Vec::new(),
+            listener: listener(case).map_err(BenchError::system("no port can be opened"))?,
+            udp_sockets: Vec::new(),
+        };
+        for member in 0..case.uavs {
+            let mut command = Command::new("/proc/self/exe");
+            command.arg("bench-peer").args(["--case", &case.to_string()]);
+            command.args(["--member", &member.to_string(), "--domain", &domain.id().to_string()]);
+            command.args(["--launcher", &std::process::id().to_string(), "--into"]).arg(folder);
+            peers
+                .prepare(case.carrier, &mut command)
+                .map_err(BenchError::system("a peer cannot be connected"))?;
+            // The hub itself has place 0.
+            let child = placement.start(member as usize + 1, || command.spawn());
+            peers.children.push(child.map_err(BenchError::system("a peer cannot be started"))?);
+        }
+        Ok(peers)
+    }
+
+    /// Creates the hub's end of a peer's connection, and lets the peer inherit or find its own.
+    fn prepare(&mut self, carrier: Carrier, command: &mut Command) -> io::Result<()> {
+        command.stdin(Stdio::null()).stdout(Stdio::null());
+        match carrier {
+            Carrier::Pipe | Carrier::PipePolled => {
+                command.stdin(Stdio::piped()).stdout(Stdio::piped());
+            }
+            Carrier::UnixDatagram => {
+                let (ours, theirs) = UnixDatagram::pair()?;
+                self.unix_sockets.push(ours.into());
+                command.stdin(OwnedFd::from(theirs));
+            }
+            Carrier::Udp => {
+                let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
+                command.args(["--port", &socket.local_addr()?.port().to_string()]);
+                self.udp_sockets.push(socket);
+            }
+            Carrier::Tcp => {
+                let listener = self.listener.as_ref().ok_or_else(no_listener)?;
+                command.args(["--port", &listener.local_addr()?.port().to_string()]);
+            }
+            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex => {}
+        }
+        Ok(())
+    }
+
+    /// Takes the hub's ends of all connections; none for carriers in shared memory.
+    pub(super) fn connections(&mut self, case: &Case) -> Result<Vec<Connection>, BenchError> {
+        self.connect(case).map_err(BenchError::system("a peer cannot be reached"))
+    }
+
+    fn connect(&mut self, case: &Case) -> io::Result<Vec<Connection>> {
+        let connections: Vec<Connection> = match case.carrier {
+            Carrier::Pipe | Carrier::PipePolled => self.pipes(case.carrier == Carrier::PipePolled)?,
+            Carrier::UnixDatagram => {
+                self.unix_sockets.drain(..).map(|socket| Connection::UnixDatagram(socket.into())).collect()
+            }
+            Carrier::Udp => self.udp_sockets.drain(..).map(introduced_udp).collect::<io::Result<_>>()?,
+            Carrier::Tcp => self.accepted(case.uavs)?,
+            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex => Vec::new(),
+        };
+        connections.iter().try_for_each(|connection| connection.set_timeout(PEER_TIMEOUT))?;
+        Ok(connections)
+    }
+
+    fn pipes(&mut self, polled: bool) -> io::Result<Vec<Connection>> {
+        let no_pipe = || io::Error::other("the peer has no pipe");
+        let pipe = |child: &mut Child| {
+            let out = child.stdin.take().ok_or_else(no_pipe)?;
+            let back = child.stdout.take().ok_or_else(no_pipe)?;
+            if polled { Connection::polled(out, back) } else { Ok(Connection::pipe(out, back)) }
+        };
+        self.children.iter_mut().map(pipe).collect()
+    }
+
+    /// Accepts all peers, which connect before they report ready.
+    fn accepted(&mut self, peers: u32) -> io::Result<Vec<Connection>> {
+        let listener = self.listener.take().ok_or_else(no_listener)?;
+        (0..peers).map(|_| Connection::tcp(listener.accept()?.0)).collect()
+    }
+
+    /// Waits until every peer has reported ready at the gate.
+    pub(super) fn wait_until_ready(&mut self, gate: &Gate) -> Result<(), BenchError> {
+        let since = Instant::now();
+        for (uav, child) in (1..).map(UavId).zip(&mut self.children) {
+            while gate.ready_process(Part::Agent(uav)).is_none() {
+                if let Some(status) = child.try_wait().map_err(BenchError::system("a peer is lost"))? {
+                    return Err(BenchError::case(format!("a peer ended before it was ready: {status}")));
+                }
+                if since.elapsed() >= PEER_TIMEOUT {
+                    return Err(BenchError::case("a peer was not ready in time"));
+                }
+                thread::sleep(POLL_PERIOD);
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until all peers have written their timestamps and ended.
+    pub(super) fn wait_until_ended(mut self) -> Result<(), BenchError> {
+        let since = Instant::now();
+        for child in &mut self.children {
+            let status = loop {
+                if let Some(status) = child.try_wait().map_err(BenchError::system("a peer is lost"))? {
+                    break status;
+                }
+                if since.elapsed() >= PEER_TIMEOUT {
+                    return Err(BenchError::case("a peer did not end in time"));
+                }
+                thread::sleep(POLL_PERIOD);
+            };
+            if !status.success() {
+                return Err(BenchError::case(format!("a peer failed: {status}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The port that peers of a TCP case connect to.
+fn listener(case: &Case) -> io::Result<Option<TcpListener>> {
+    if case.carrier != Carrier::Tcp {
+        return Ok(None);
+    }
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?;
+    // All peers connect before the first is accepted; the default backlog is too short for a large swarm.
+    rustix::net::listen(&listener, case.uavs.cast_signed())?;
+    Ok(Some(listener))
+}
+
+fn no_listener() -> io::Error {
+    io::Error::other("the hub listens on no port")
+}
+
+/// Connects a UDP socket to the peer that sent its first datagram.
+fn introduced_udp(socket: UdpSocket) -> io::Result<Connection> {
+    socket.set_read_timeout(Some(PEER_TIMEOUT))?;
+    let (_, peer) = socket.recv_from(&mut [0; 4])?;
+    socket.connect(peer)?;
+    Ok(Connection::Udp(socket))
+}

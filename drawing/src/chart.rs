@@ -1,0 +1,232 @@
+//! A line chart as SVG: two axes with units, lines, and a legend beside the plot.
+//!
+//! Must never draw more points than a picture can show; when it drops points, every peak stays.
+
+use crate::{
+    canvas::{Canvas, DrawingError, FONT_SIZE, SCALE, WIDTH, draw_svg, units},
+    extent::Extent,
+    scale::{Axis, Scale},
+};
+use plotters::prelude::*;
+
+/// Width of the legend, in pixels. Less cuts long names; more takes room from the plot.
+const LEGEND: u32 = 170;
+/// Height of a chart that is not a map, in pixels.
+const HEIGHT: u32 = 320;
+/// Largest height of a map, in pixels, so that one fits a screen.
+const MAX_MAP_HEIGHT: f64 = 700.0;
+/// Height of a row of the legend, in pixels.
+const ROW: u32 = 19;
+/// Width and height that axes and margins take from the plot, in pixels.
+const AXES: (u32, u32) = (84, 66);
+/// Least number of points that a line may keep. Fewer would show corners in smooth curves.
+const MIN_DETAIL: usize = 100;
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stroke {
+    /// An unbroken line.
+    Solid,
+    /// A dashed line, for limits and requirements.
+    Dashed,
+    /// A line with a dot at each point: nothing was measured between the dots.
+    Dotted,
+    /// A closed shape, filled.
+    Filled,
+}
+
+/// One line of a chart.
+#[derive(Debug, Clone)]
+pub struct Curve {
+    /// Name in the legend; without one, the line is not listed.
+    pub name: String,
+    /// Colour of the line.
+    pub colour: RGBColor,
+    /// How the line is drawn.
+    pub stroke: Stroke,
+    /// The points in order; `None` breaks the line.
+    pub points: Vec<Option<(f64, f64)>>,
+}
+
+/// A chart.
+#[derive(Debug, Clone, Default)]
+pub struct Chart {
+    /// What the horizontal axis shows, with its unit.
+    pub x: &'static str,
+    /// What the vertical axis shows, with its unit.
+    pub y: &'static str,
+    /// The lines; later ones cover earlier ones.
+    pub lines: Vec<Curve>,
+    /// Whether one unit is equally long on both axes.
+    pub is_map: bool,
+    /// What the numbers along the horizontal axis mean.
+    pub x_scale: Scale,
+    /// What the numbers along the vertical axis mean.
+    pub y_scale: Scale,
+    /// Whether the vertical axis only separates rows, and so has no labels.
+    pub is_rows: bool,
+    /// Largest number of points per line, at least 100. Larger makes the file longer; smaller hides detail between peaks.
+    pub detail: usize,
+}
+
+impl Chart {
+    /// Draws the chart.
+    pub fn svg(&self) -> Result<String, DrawingError> {
+        let points = || self.lines.iter().flat_map(|line| line.points.iter().flatten());
+        let mut x = Extent::of(points().map(|(x, _)| *x));
+        let mut y = Extent::of(points().map(|(_, y)| *y));
+        y = y.padded(0.06, 0.2 * y.low.abs().max(y.high.abs()));
+        let mut height = HEIGHT;
+        if self.is_map {
+            x = x.padded(0.02, 10.0);
+            height = self.map_height(x, y);
+            // The legend may need more height than the map; the map then shows more of its surroundings.
+            let height_to_width = f64::from(height - AXES.1) / f64::from(WIDTH - LEGEND - AXES.0);
+            y = y.padded(0.0, height_to_width * x.size());
+        }
+        draw_svg(height, |area| {
+            let (plot, legend) = area.split_horizontally((WIDTH - LEGEND) * SCALE);
+            self.draw_plot(&plot, x, y)?;
+            self.draw_legend(&legend)
+        })
+    }
+
+    /// The height, in pixels, that makes a unit as long on both axes and leaves room for the legend.
+    fn map_height(&self, x: Extent, y: Extent) -> u32 {
+        let width = f64::from(WIDTH - LEGEND - AXES.0);
+        let legend = 30 + ROW * self.legend().len() as u32;
+        ((width * y.size() / x.size()).min(MAX_MAP_HEIGHT) as u32 + AXES.1).max(legend)
+    }
+
+    /// The first line of each name.
+    fn legend(&self) -> Vec<&Curve> {
+        let mut named: Vec<&Curve> = Vec::new();
+        for line in self.lines.iter().filter(|line| !line.name.is_empty()) {
+            if named.iter().all(|other| other.name != line.name) {
+                named.push(line);
+            }
+        }
+        named
+    }
+
+    fn draw_plot(&self, area: &Canvas, x: Extent, y: Extent) -> Result<(), DrawingError> {
+        let font = ("sans-serif", FONT_SIZE * SCALE);
+        let y_ticks = if self.is_rows { 0 } else { 7 };
+        let mut chart = ChartBuilder::on(area)
+            .margin(10 * SCALE)
+            .x_label_area_size(46 * SCALE)
+            .y_label_area_size(64 * SCALE)
+            .build_cartesian_2d(Axis::new(self.x_scale, x, 10), Axis::new(self.y_scale, y, y_ticks))?;
+        chart
+            .configure_mesh()
+            .x_desc(self.x)
+            .y_desc(self.y)
+            .label_style(font)
+            .axis_desc_style(font)
+            .axis_style(BLACK.stroke_width(SCALE))
+            .bold_line_style(RGBColor(0xe2, 0xe2, 0xe2).stroke_width(SCALE))
+            .light_line_style(TRANSPARENT)
+            .draw()?;
+        for line in &self.lines {
+            for stretch in stretches(&thinned(&line.points, self.detail.max(MIN_DETAIL))) {
+                draw_stretch(&mut chart, line, stretch)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn draw_legend(&self, area: &Canvas) -> Result<(), DrawingError> {
+        for (index, line) in (0..).zip(self.legend()) {
+            let row = units(20 + ROW * index);
+            draw_sample(area, line, row)?;
+            let font = ("sans-serif", FONT_SIZE * SCALE).into_font();
+            area.draw(&Text::new(line.name.clone(), (units(36), row - units(7)), font))?;
+        }
+        Ok(())
+    }
+}
+
+type PlotContext<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
+
+/// Draws the part of a line between two breaks.
+fn draw_stretch(plot: &mut PlotContext, line: &Curve, points: Vec<(f64, f64)>) -> Result<(), DrawingError> {
+    // 1.5 pixels wide: the grid's lines are 1 pixel wide.
+    let style = line.colour.stroke_width(2 * SCALE - SCALE / 2);
+    match line.stroke {
+        Stroke::Solid => drop(plot.draw_series(LineSeries::new(points, style))?),
+        Stroke::Dotted => {
+            let dots = LineSeries::new(points, style.filled()).point_size(3 * SCALE);
+            plot.draw_series(dots)?;
+        }
+        Stroke::Dashed => drop(plot.draw_series(DashedLineSeries::new(points, units(6), units(4), style))?),
+        Stroke::Filled => {
+            let inside = Polygon::new(points, line.colour.mix(0.5).filled());
+            plot.draw_series(std::iter::once(inside))?;
+        }
+    }
+    Ok(())
+}
+
+/// Draws a short sample of a line into the legend.
+fn draw_sample(area: &Canvas, line: &Curve, row: i32) -> Result<(), DrawingError> {
+    let style = line.colour.stroke_width(2 * SCALE);
+    let dash = |from, to| area.draw(&PathElement::new([(units(from), row), (units(to), row)], style));
+    match line.stroke {
+        Stroke::Dashed => [(4, 11), (15, 22), (26, 30)].iter().try_for_each(|(from, to)| dash(*from, *to))?,
+        Stroke::Solid | Stroke::Dotted => dash(4, 30)?,
+        Stroke::Filled => {
+            let corners = [(units(4), row - units(5)), (units(30), row + units(5))];
+            area.draw(&Rectangle::new(corners, line.colour.mix(0.5).filled()))?;
+        }
+    }
+    Ok(())
+}
+
+/// Reduces `points` to about `most`, by keeping the lowest and the highest point of each interval, and every break.
+fn thinned(points: &[Option<(f64, f64)>], most: usize) -> Vec<Option<(f64, f64)>> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let interval = points.len().div_ceil(most / 2);
+    let mut kept = Vec::with_capacity(most + 2);
+    for interval in points.chunks(interval) {
+        let present = || interval.iter().enumerate().filter_map(|(index, point)| Some((index, (*point)?)));
+        let low = present().min_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        let high = present().max_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        // Keep both in their order in time; in a constant interval they are the same point.
+        let mut both: Vec<_> = low.into_iter().chain(high).collect();
+        both.sort_by_key(|(index, _)| *index);
+        both.dedup_by_key(|(index, _)| *index);
+        kept.extend(both.into_iter().map(|(_, point)| Some(point)));
+        if interval.iter().any(Option::is_none) {
+            kept.push(None);
+        }
+    }
+    kept
+}
+
+/// Splits a line at its breaks; a point that is not finite is a break, too.
+fn stretches(points: &[Option<(f64, f64)>]) -> Vec<Vec<(f64, f64)>> {
+    let is_finite = |point: &(f64, f64)| point.0.is_finite() && point.1.is_finite();
+    points
+        .split(|point| !point.as_ref().is_some_and(is_finite))
+        .filter(|stretch| !stretch.is_empty())
+        .map(|stretch| stretch.iter().copied().flatten().collect())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thinning_keeps_every_peak_and_every_break() {
+        let mut points: Vec<_> = (0..10_000).map(|x| Some((f64::from(x), 0.0))).collect();
+        points[5_003] = Some((5_003.0, 9.0));
+        points[7_000] = None;
+        let kept = thinned(&points, 400);
+        assert!(kept.len() <= 402, "{}", kept.len());
+        assert!(kept.contains(&Some((5_003.0, 9.0))));
+        assert_eq!(stretches(&kept).len(), 2);
+    }
+}
