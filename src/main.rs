@@ -57,8 +57,8 @@ enum Verb {
     },
     /// (process) Fly one UAV of a run
     #[command(display_order = 100)]
-    Agent(ringwing_agent::Args),
-    /// (process) Integrate the airframes of a run and keep time
+    Agent(ringwing_agent::AgentArgs),
+    /// (process) Integrate the airframes of a run and keep its time
     #[command(display_order = 101)]
     World(bench::MeasuredWorldArgs),
     /// (process) Fly the virtual leader of a run

@@ -6,6 +6,8 @@
 //!
 //! Never reads the world's truth, nor the state of any UAV that is not its ring neighbour.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod law;
 pub mod membership;
 pub mod pilot;
@@ -14,6 +16,6 @@ pub mod reception;
 pub mod uav_agent;
 
 pub use pilot::{Decision, Pilot};
-pub use process::{AgentError, Args, run};
+pub use process::{AgentArgs, AgentError, run};
 pub use reception::Inputs;
 pub use uav_agent::{Answer, UavAgent};

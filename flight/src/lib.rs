@@ -10,6 +10,8 @@
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
 //! inputs.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod draw;
 pub mod event;
 pub mod formation;

@@ -4,6 +4,8 @@
 //!
 //! Must never know who follows.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod path;
 pub mod process;
 

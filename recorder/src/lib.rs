@@ -11,6 +11,8 @@
 //! Each room uses only those above it. Must never change the flight: the recorder sends nothing that an airframe, an
 //! agent or the leader receives.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod clock;
 mod error;
 pub mod flat;

@@ -1,7 +1,9 @@
-//! The flight measured: a fold over its frames and what was told.
+//! Measures the flight: a fold over its frames and events, on plain numbers.
 //!
-//! Knows only what the log holds, so that the same numbers come out of a log that is read again. Only UAVs that fly on
-//! command count as being in the formation; whatever is in the sky counts where things come close.
+//! Live, simulated and read from a log, the same flight gives the same numbers to the bit. Only UAVs that fly on command
+//! count as members of the formation; every airframe in the sky counts for distances between UAVs and to obstacles.
+//!
+//! Must never know a log, a clock or a process, and must never use what the log does not hold.
 
 mod agreement;
 mod coherence;
@@ -17,9 +19,9 @@ mod summary;
 mod verdict;
 
 pub use coherence::Coherence;
-pub use frame::{AirframeSample, ControlTerms, Frame, Samples, TrueState, UavFrame};
+pub use frame::{AirframeSample, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
 pub use links::LinkTotals;
-pub use pairs::{Pair, Pairs};
+pub use pairs::{Pairs, UavPair};
 pub use recovery::FaultRecovery;
 pub use ring::FlownRing;
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
@@ -36,33 +38,33 @@ use ringwing_flight::{FlightMode, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
 use settling::Settling;
 
-/// The swarm at one moment; what does not exist is absent.
+/// The swarm at one moment. A value that does not exist is absent, never 0.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Moment {
     /// The tick.
     pub tick: i64,
-    /// UAVs that fly on command.
+    /// Number of UAVs that fly on command.
     pub commanded: u32,
-    /// Their largest slot error.
+    /// The largest slot error among them.
     pub slot_error_max_m: Option<f64>,
-    /// The root of the mean of their squared slot errors.
+    /// The root mean square of their slot errors.
     pub slot_error_rms_m: Option<f64>,
-    /// The largest `| |p_i - p_j| - L |` of ring neighbours that both fly on command; where the ring closes after a loss,
-    /// of neighbours in the ring of those who do. So it is with all errors here.
+    /// The largest `| |p_i - p_j| - L |` of ring neighbours that both fly on command. As for all errors here, neighbours and
+    /// slots are those of the frame's ring, which may have closed after a loss.
     pub neighbour_error_max_m: Option<f64>,
     /// The largest `| |p_i - p_c| - R |`.
     pub radius_error_max_m: Option<f64>,
-    /// Who is closest to whom.
+    /// The UAVs that are closest to each other.
     pub closest: Pairs,
     /// The smallest distance to the edge of an obstacle; negative inside.
     pub clearance_m: Option<f64>,
-    /// How much the swarm is one.
+    /// How well the swarm holds together.
     pub coherence: Coherence,
-    /// V of Eq. (7), from the true states of those that fly on command.
+    /// V of Eq. (7), from the true states of the UAVs that fly on command.
     pub lyapunov_m2: Option<f64>,
-    /// Views of who lives: 1 where all that fly on command agree.
+    /// Number of different views of who is alive: 1 where all agents agree.
     pub views: u32,
-    /// How often V rose so far although nobody was saturated or repelled.
+    /// Number of ticks so far in which V rose although no UAV was saturated or repelled.
     pub lyapunov_rises: u64,
 }
 
@@ -85,11 +87,11 @@ pub struct Metrics {
     ticks: u64,
     lost: u64,
     uavs: Vec<UavSummary>,
-    /// Who is in the sky, with room for the next frame's.
+    /// The positions of all airframes in the sky, by UAV number; kept to reuse its memory.
     sky: Vec<(u32, Point2<f64>)>,
 }
 
-/// Commands counted.
+/// Counts of commands.
 #[derive(Debug, Clone, Copy, Default)]
 struct Commands {
     all: u64,
@@ -97,9 +99,8 @@ struct Commands {
     turn_rate_saturated: u64,
 }
 
-/// Extremes of what was flown.
+/// The extremes of speeds and turn rates flown.
 #[derive(Debug, Clone, Copy)]
-#[expect(clippy::struct_field_names, reason = "what the names share are their units")]
 struct Envelope {
     speed_min_m_s: f64,
     speed_max_m_s: f64,
@@ -107,7 +108,7 @@ struct Envelope {
 }
 
 impl Metrics {
-    /// Before anything has flown.
+    /// The metrics of a flight of `scenario`, before its first frame.
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             rate_hz: scenario.time.rate_hz,
@@ -129,8 +130,7 @@ impl Metrics {
         }
     }
 
-    /// Takes an event, which counts from its own tick on. One that lies ahead waits for the frame of its tick, so that
-    /// the order of events and frames makes no difference.
+    /// Takes an event. It counts from its own tick on, whether it comes before or after the frame of that tick.
     pub fn on_event(&mut self, event: &TimedEvent) {
         if !event.event.is_disturbance() {
             return;
@@ -183,7 +183,7 @@ impl Metrics {
         self.uavs.extend(in_the_sky(frame).map(UavSummary::of));
     }
 
-    /// Notes that no frame, or not a whole one, was had of `ticks` ticks in all so far.
+    /// Sets the number of ticks so far whose frames are missing or torn.
     pub fn set_lost(&mut self, ticks: u64) {
         self.lost = ticks;
     }
@@ -216,7 +216,7 @@ impl Metrics {
         }
     }
 
-    /// What the flight was like until the last frame.
+    /// The flight in numbers, up to the last frame.
     pub fn summary(&self) -> FlightSummary {
         let share = |part: u64| (self.commands.all > 0).then(|| part as f64 / self.commands.all as f64);
         FlightSummary {
@@ -271,7 +271,7 @@ impl Envelope {
     }
 }
 
-/// Airframes that can come close to something; one whose numbers are none is nowhere.
+/// The airframes that can come close to something. One with a number that is not finite has no position.
 fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &TrueState> {
     let is_somewhere = |state: &&TrueState| {
         let numbers = [state.x_m, state.y_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s];
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flight_that_never_was_has_no_numbers() {
+    fn a_flight_without_frames_has_no_numbers() {
         let summary = measured(&Scenario::default(), &[]);
         assert_eq!(summary, FlightSummary::default());
     }
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn a_uav_in_its_failsafe_is_out_of_the_formation_and_in_the_way() {
+    fn a_uav_in_its_failsafe_has_no_slot_error_but_can_come_close() {
         let scenario = testing::ring_of(3, 10.0);
         let mut frame = at_rest(&scenario, 0);
         let (x, y) = (state(&mut frame, 2).x_m, state(&mut frame, 2).y_m);
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn one_that_has_vanished_is_nowhere() {
+    fn a_vanished_uav_is_close_to_nothing() {
         let scenario = testing::ring_of(3, 10.0);
         let mut frame = at_rest(&scenario, 0);
         frame.uavs[0].state = None;
@@ -382,7 +382,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_numbers_make_a_summary_unreadable(x: f64, y: f64, speed: f64, error: f64) {
+        fn a_summary_can_be_read_back_whatever_the_numbers(x: f64, y: f64, speed: f64, error: f64) {
             let scenario = Scenario { obstacles: vec![testing::obstacle([0.0, 0.0])], ..testing::ring_of(3, 10.0) };
             let mut frame = at_rest(&scenario, 0);
             let odd = state(&mut frame, 2);

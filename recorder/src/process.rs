@@ -52,13 +52,14 @@ pub fn run(args: &Args) -> Result<(), RecorderError> {
     let scenario = member.scenario();
     let opening = Opening { scenario, text: &text, timing: !args.no_timing };
     // Subscribe first: the flight may go on while a log is taken over.
-    let ports = Ports::open(&member, &opening)?;
+    let ports = RecorderPorts::open(&member, &opening)?;
     let begun = has_begun(&member.domain().gate()?);
-    let mut inbox = Inbox::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
+    let mut recording_loop =
+        RecordingLoop::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
     let gate = member.announce_ready()?;
-    let outcome = inbox.record(&member, &gate, &ports).and_then(|()| inbox.finish(&member));
+    let outcome = recording_loop.record(&member, &gate, &ports).and_then(|()| recording_loop.finish(&member));
     let problem = outcome.as_ref().err().map(ToString::to_string);
-    let report = RecorderReport { problem, ..inbox.recording.report() };
+    let report = RecorderReport { problem, ..recording_loop.recording.report() };
     member.domain().write_report(report::RECORDER, &report)?;
     outcome
 }
@@ -68,7 +69,7 @@ fn has_begun(gate: &Gate) -> bool {
 }
 
 /// Puts samples together to frames and hands these to the recording.
-struct Inbox {
+struct RecordingLoop {
     recording: Recording,
     assembly: Assembly,
     /// The last frame; kept to reuse its memory, and because its ring goes on from tick to tick.
@@ -79,7 +80,7 @@ struct Inbox {
     progress: i64,
 }
 
-impl Inbox {
+impl RecordingLoop {
     fn new(recording: Recording, scenario: &Scenario) -> Self {
         Self {
             assembly: Assembly::new(scenario.formation.uavs, recording.expected()),
@@ -91,7 +92,7 @@ impl Inbox {
         }
     }
 
-    fn record(&mut self, member: &Member, gate: &Gate, ports: &Ports) -> Result<(), RecorderError> {
+    fn record(&mut self, member: &Member, gate: &Gate, ports: &RecorderPorts) -> Result<(), RecorderError> {
         let mut batch = 0;
         loop {
             batch = gate.wait_for_batch(batch, LONGEST_WAIT);
@@ -129,7 +130,7 @@ impl Inbox {
         Ok(())
     }
 
-    fn send_progress(&mut self, ports: &Ports) -> Result<(), RecorderError> {
+    fn send_progress(&mut self, ports: &RecorderPorts) -> Result<(), RecorderError> {
         let Some(moment) = self.recording.moment() else { return Ok(()) };
         let interval = self.clock.interval(moment.tick, PROGRESS_HZ);
         let Some(slot_error_max_m) = moment.slot_error_max_m.filter(|_| interval != self.progress) else {
@@ -148,7 +149,7 @@ impl Inbox {
 }
 
 /// What the recorder subscribes to, and the one thing that it publishes.
-struct Ports {
+struct RecorderPorts {
     sensed: Vec<(UavId, Subscriber<Sensed>)>,
     accounts: Vec<(UavId, Subscriber<Account>)>,
     leader: Subscriber<LeaderState>,
@@ -158,7 +159,7 @@ struct Ports {
     formation_error: Publisher<FormationError>,
 }
 
-impl Ports {
+impl RecorderPorts {
     fn open(member: &Member, opening: &Opening) -> Result<Self, RecorderError> {
         let (node, count) = (member.node(), opening.scenario.formation.uavs);
         let sensed = |uav| Ok((uav, services::sensed(uav).subscriber(node, RECORDER_DEPTH)?));

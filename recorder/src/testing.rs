@@ -2,7 +2,7 @@
 
 use crate::{
     log::Opening,
-    metrics::{Frame, Samples},
+    metrics::{Frame, TickSamples},
     process::recording::Recording,
 };
 use nalgebra::Point2;
@@ -70,11 +70,11 @@ pub(crate) fn leader(tick: i64, position_m: [f64; 2]) -> LeaderState {
 }
 
 /// What everybody sends in a tick of a flight in which UAVs swing about their slots by `swing_m`.
-fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> Samples {
+fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> TickSamples {
     let uavs = scenario.formation.uavs;
     let time_s = tick as f64 * scenario.period_s();
     let centre = Point2::new(15.0 * time_s, 0.0);
-    let mut samples = Samples::new(uavs as usize);
+    let mut samples = TickSamples::new(uavs as usize);
     (samples.tick, samples.leader) = (tick, Some(leader(tick, centre.into())));
     for uav in UavId::all(uavs) {
         let slot = scenario.formation().slot(uav.0, centre);

@@ -7,6 +7,8 @@
 //!
 //! Never knows processes, services or clocks: a scenario means the same in every process of a run.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod event_text;
 pub mod fault;
 mod key;

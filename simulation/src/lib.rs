@@ -22,6 +22,8 @@
 //! - The recorder never changes the flight. A killed or stopped world ends it before tick k.
 //! - A slow process makes all wait, and changes nothing.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod inputs;
 mod measurement;
 mod processes;

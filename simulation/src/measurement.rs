@@ -2,7 +2,7 @@
 
 use crate::{Simulation, SimulationError};
 use ringwing_flight::{Event, Tick, TimedEvent, UavId, WorldReport};
-use ringwing_recorder::metrics::{AirframeSample, FlightSummary, Frame, Metrics, Samples, judge};
+use ringwing_recorder::metrics::{AirframeSample, FlightSummary, Frame, Metrics, TickSamples, judge};
 use ringwing_scenario::Scenario;
 
 /// How a flight went.
@@ -51,7 +51,7 @@ pub fn fly(scenario: &Scenario) -> Result<Flown, SimulationError> {
 /// The recorder's measures of a simulated flight.
 struct Measurement {
     rate_hz: u32,
-    samples: Samples,
+    samples: TickSamples,
     frame: Frame,
     metrics: Metrics,
     events: Vec<TimedEvent>,
@@ -61,7 +61,7 @@ impl Measurement {
     fn new(scenario: &Scenario) -> Self {
         Self {
             rate_hz: scenario.time.rate_hz,
-            samples: Samples::new(scenario.formation.uavs as usize),
+            samples: TickSamples::new(scenario.formation.uavs as usize),
             frame: Frame::new(scenario),
             metrics: Metrics::new(scenario),
             events: Vec::new(),

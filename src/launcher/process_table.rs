@@ -62,7 +62,8 @@ impl ProcessTable {
 
     /// The roster number `revision`: who takes part now, and up to which tick the world may fly.
     pub(super) fn roster(&self, revision: u64, free_before: Tick) -> Roster {
-        let mut roster = Roster { revision, free_before, ..Roster::empty() };
+        let mut roster = Roster::empty();
+        (roster.revision, roster.free_before) = (revision, free_before);
         let leader = self.get(Part::Leader);
         roster.set_leader(leader.is_running());
         roster.set_leader_thawed(leader.was_thawed());

@@ -12,16 +12,17 @@ use crate::{
 use anyhow::bail;
 use difference::Difference;
 use ringwing_bus::Placement;
-use ringwing_recorder::log::reader::{LogMessage, Reader};
+use ringwing_flight::TimedEvent;
+use ringwing_recorder::{
+    log::reader::{LogMessage, Reader},
+    schema::topics,
+};
 use ringwing_scenario::Scenario;
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
     process::ExitCode,
 };
-
-/// The topic of wall-clock times, which differ from run to run.
-const TIMING: &str = "/timing";
 
 /// Which log to verify.
 #[derive(Debug, clap::Args)]
@@ -77,8 +78,8 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
         );
     }
     for tick in reader.ticks(&scenario) {
-        if let Some(event) = tick.events.iter().find(|event| event.event.is_by_chance()) {
-            bail!("{not}: at {} this happened by chance: {}", event.tick, scenario.event_text(&event.event));
+        if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
+            bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
         }
     }
     if let Some(damage) = reader.damages().listed.first() {
@@ -104,10 +105,44 @@ fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> 
     }
 }
 
+/// The first event that depends on chance. A flight with such an event may differ the next time.
+fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
+    events.iter().find(|timed| timed.event.is_by_chance())
+}
+
+/// Whether a message should be equal in both logs; wall-clock times differ from run to run.
 fn is_compared(message: &LogMessage) -> bool {
-    message.topic.name != TIMING
+    message.topic.name != topics::TIMING
 }
 
 fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
     one.topic.name == other.topic.name && one.sequence == other.sequence && one.data == other.data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ringwing_flight::{Event, Part, ProcessAction, Tick, UavId};
+
+    const AGENT: Part = Part::Agent(UavId(3));
+
+    fn log_of(event: Event) -> [TimedEvent; 2] {
+        let asked =
+            Event::ProcessFault { part: AGENT, action: ProcessAction::Stop, sentence: "stop uav 3".into() };
+        [asked, event].map(|event| TimedEvent { tick: Tick(7), event })
+    }
+
+    #[test]
+    fn a_flight_in_which_a_process_was_silent_or_a_fault_overdue_is_refused() {
+        for event in [Event::ProcessSilent { part: AGENT, waited_s: 5.0 }, Event::FaultOverdue] {
+            let events = log_of(event);
+            assert_eq!(first_by_chance(&events), Some(&events[1]));
+        }
+    }
+
+    #[test]
+    fn faults_that_the_scenario_asks_for_can_be_repeated() {
+        let events = log_of(Event::LinkFault { sentence: "link 2->3 hold".into() });
+        assert_eq!(first_by_chance(&events), None);
+    }
 }

@@ -6,6 +6,8 @@
 //!
 //! Never knows the formation: where the UAVs should be is the agents' business.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 pub mod airframe;
 pub mod airspace;
 mod collisions;

@@ -1,44 +1,41 @@
 //! The faults that concern an agent: those of the scenario, and those added while the run goes on.
 
-use super::AgentError;
-use ringwing_bus::{Gate, Member, report};
+use ringwing_bus::{BusError, Gate, Member, report};
 use ringwing_flight::{Part, Tick, UavId};
 use ringwing_scenario::{
-    Fault, Scenario,
+    Fault,
     fault::schedule::{LinkFault, SlowAnswers},
 };
 use std::{thread, time::Duration};
 
 /// Watches the gate for added faults.
-pub(super) struct FaultWatch {
-    uav: UavId,
-    scenario: Scenario,
+pub(super) struct FaultWatch<'m> {
+    member: &'m Member,
+    part: Part,
     /// How many added faults are known; `None` before the first look.
     known: Option<u32>,
     slow_answers: Vec<SlowAnswers>,
 }
 
-impl FaultWatch {
-    pub(super) fn new(scenario: Scenario, uav: UavId) -> Self {
-        Self { uav, scenario, known: None, slow_answers: Vec::new() }
+impl<'m> FaultWatch<'m> {
+    pub(super) fn new(member: &'m Member, uav: UavId) -> Self {
+        Self { member, part: Part::Agent(uav), known: None, slow_answers: Vec::new() }
     }
 
     /// The faults of all links, if they have changed since the last look.
-    pub(super) fn changed_link_faults(
-        &mut self,
-        member: &Member,
-        gate: &Gate,
-    ) -> Result<Option<Vec<LinkFault>>, AgentError> {
+    pub(super) fn changed_link_faults(&mut self, gate: &Gate) -> Result<Option<Vec<LinkFault>>, BusError> {
         let count = gate.faults();
         if self.known.replace(count) == Some(count) {
             return Ok(None);
         }
-        let mut faults = self.scenario.faults.clone();
+        let scenario = self.member.scenario();
+        let mut faults = scenario.faults.clone();
         if count > 0 {
-            faults.extend(member.domain().report::<Vec<Fault>>(report::FAULTS)?.unwrap_or_default());
+            let added = self.member.domain().report::<Vec<Fault>>(report::FAULTS)?;
+            faults.extend(added.unwrap_or_default());
         }
-        let schedule = self.scenario.schedule_of(&faults);
-        let part = Part::Agent(self.uav);
+        let schedule = scenario.schedule_of(&faults);
+        let part = self.part;
         self.slow_answers = schedule.slow_answers().into_iter().filter(|slow| slow.part == part).collect();
         Ok(Some(schedule.link_faults()))
     }

@@ -7,9 +7,8 @@ use crate::{
     reception::{Inputs, Take},
     uav_agent::Answer,
 };
-use ringwing_bus::{Ballast, BusError, Gate, Member, Publisher, Stamps, Subscriber, channel, monotonic_ns};
-use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
-use ringwing_scenario::Scenario;
+use ringwing_bus::{Ballast, BusError, Gate, Member, Publisher, Stamps, Subscriber, monotonic_ns, services};
+use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
 use std::{
     thread,
     time::{Duration, Instant},
@@ -49,22 +48,21 @@ struct InputPorts<'m> {
 
 impl<'m> AgentPorts<'m> {
     /// Opens all ports of `agent`, the agent of `uav`.
-    pub(super) fn open(
-        member: &'m Member,
-        scenario: &Scenario,
-        uav: UavId,
-        agent: &UavAgent,
-    ) -> Result<Self, BusError> {
-        let (node, uavs, time) = (member.node(), scenario.formation.uavs, &scenario.time);
-        // In real time nothing waits. In lockstep the launcher gives up on a leader that takes longer than this to start.
-        let limit_s = if time.real_time { 0.0 } else { 2.0 * scenario.supervision.start_timeout_s };
+    pub(super) fn open(member: &'m Member, uav: UavId, agent: &UavAgent) -> Result<Self, BusError> {
+        let (node, scenario) = (member.node(), member.scenario());
+        let uavs = scenario.formation.uavs;
+        // In real time nothing waits. In lockstep a replacement has the start timeout to appear; wait twice as long.
+        let limit_s = match scenario.pace() {
+            Pace::RealTime => 0.0,
+            Pace::Lockstep => 2.0 * scenario.supervision.start_timeout_s,
+        };
         let ballast_bytes = scenario.ipc.payload_bytes;
         Ok(Self {
             member,
             inputs: InputPorts::open(member, uav, uavs, agent.listened())?,
-            state: channel::state(uav).publisher(node)?,
-            command: channel::command(uav).publisher(node)?,
-            account: channel::account(uav).publisher(node)?,
+            state: services::state(uav).publisher(node)?,
+            command: services::command(uav).publisher(node)?,
+            account: services::account(uav).publisher(node)?,
             link_counts: None,
             ballast: (ballast_bytes > 0).then(|| Ballast::of_agent(node, uav, ballast_bytes)).transpose()?,
             uavs,
@@ -146,7 +144,7 @@ impl<'m> AgentPorts<'m> {
     pub(super) fn send_link_counts(&mut self, all: impl Iterator<Item = LinkCounts>) -> Result<(), BusError> {
         for counts in all {
             if self.link_counts.is_none() {
-                self.link_counts = Some(channel::links(self.uavs).publisher(self.member.node())?);
+                self.link_counts = Some(services::links(self.uavs).publisher(self.member.node())?);
             }
             if let Some(port) = &self.link_counts {
                 port.send(counts, Stamps::now())?;
@@ -158,13 +156,13 @@ impl<'m> AgentPorts<'m> {
 
 impl<'m> InputPorts<'m> {
     fn open(member: &'m Member, uav: UavId, uavs: u32, listened: &[UavId]) -> Result<Self, BusError> {
-        let (node, depth) = (member.node(), channel::TICK_DEPTH);
-        let state = |other: &UavId| Ok((*other, channel::state(*other).subscriber(node, depth)?));
+        let (node, depth) = (member.node(), services::TICK_DEPTH);
+        let state = |other: &UavId| Ok((*other, services::state(*other).subscriber(node, depth)?));
         Ok(Self {
             member,
-            sensed: channel::sensed(uav).subscriber(node, depth)?,
+            sensed: services::sensed(uav).subscriber(node, depth)?,
             states: listened.iter().map(state).collect::<Result<_, BusError>>()?,
-            leader: channel::leader(uavs).subscriber(node, depth)?,
+            leader: services::leader(uavs).subscriber(node, depth)?,
         })
     }
 }
@@ -188,7 +186,7 @@ impl Inputs for InputPorts<'_> {
     /// A service is full while UAVs that do not agree yet on who is alive listen to the same one. Their places become
     /// free as they agree, so a failure is not an error.
     fn open_state(&mut self, from: UavId) -> Result<bool, BusError> {
-        let port = channel::state(from).subscriber_if_free(self.member.node(), channel::TICK_DEPTH)?;
+        let port = services::state(from).subscriber_if_free(self.member.node(), services::TICK_DEPTH)?;
         let is_open = port.is_some();
         self.states.extend(port.map(|port| (from, port)));
         Ok(is_open)

@@ -7,7 +7,7 @@
 //! Never loses or delays a sample because of a link fault: that is the [impairment](super::impairment).
 
 use super::sample::Sample;
-use ringwing_flight::Tick;
+use ringwing_flight::{Pace, Tick};
 
 /// The samples of one sender at their receiver, sorted by when they can be used.
 #[derive(Debug, Clone)]
@@ -15,7 +15,7 @@ pub struct Arrivals<T> {
     /// Ticks from the sending of a sample until it can be used.
     latency_ticks: i64,
     /// In lockstep a gap between two ticks means that the receiver was frozen.
-    lockstep: bool,
+    pace: Pace,
     /// Samples that were sent before this tick are ignored.
     first: Option<Tick>,
     /// The tick of the last [`begin`](Self::begin).
@@ -28,8 +28,8 @@ pub struct Arrivals<T> {
 
 impl<T: Sample> Arrivals<T> {
     /// The arrivals from a sender whose samples can be used `latency_ticks` after they were sent.
-    pub fn new(latency_ticks: i64, lockstep: bool) -> Self {
-        Self { latency_ticks, lockstep, first: None, last: None, newest: Tick::APPROACH, early: Vec::new() }
+    pub fn new(latency_ticks: i64, pace: Pace) -> Self {
+        Self { latency_ticks, pace, first: None, last: None, newest: Tick::APPROACH, early: Vec::new() }
     }
 
     /// Starts tick `now` and passes on the early samples that can be used in it.
@@ -40,7 +40,8 @@ impl<T: Sample> Arrivals<T> {
         // A newcomer ignores what was sent before its first tick: whether its queue still got that is chance.
         self.first.get_or_insert(now);
         // After a thaw, use only the newest sample: how much was queued depends on scheduling.
-        if self.lockstep && self.last.is_some_and(|last| now.since(last) > 1) {
+        let is_lockstep = self.pace == Pace::Lockstep;
+        if is_lockstep && self.last.is_some_and(|last| now.since(last) > 1) {
             self.early.clear();
             self.first = self.first.max(Some(self.newest));
         }
@@ -98,7 +99,7 @@ mod tests {
 
     #[test]
     fn a_sample_from_a_neighbour_that_is_ahead_is_used_in_the_next_tick() {
-        let mut arrivals = Arrivals::new(1, true);
+        let mut arrivals = Arrivals::new(1, Pace::Lockstep);
         assert_eq!(used(&mut arrivals, 0, &[0]), [0_i64; 0]);
         assert_eq!(used(&mut arrivals, 1, &[1]), [0]);
         assert_eq!(used(&mut arrivals, 2, &[]), [1]);
@@ -106,7 +107,7 @@ mod tests {
 
     #[test]
     fn polling_ends_with_the_newest_usable_sample() {
-        let mut arrivals = Arrivals::new(1, true);
+        let mut arrivals = Arrivals::new(1, Pace::Lockstep);
         assert!(!arrivals.begin(Tick(5), |_| ()));
         assert!(!arrivals.sort(&test_state(5), |_| ()), "early, so its predecessor may still come");
         assert!(arrivals.begin(Tick(6), |_| ()));
@@ -116,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_newcomer_ignores_what_was_sent_before_its_first_tick() {
-        let mut arrivals = Arrivals::new(1, true);
+        let mut arrivals = Arrivals::new(1, Pace::Lockstep);
         assert_eq!(used(&mut arrivals, 7, &[5, 6, 7]), [0_i64; 0]);
         assert_eq!(used(&mut arrivals, 8, &[]), [7]);
         arrivals.reset();
@@ -126,7 +127,7 @@ mod tests {
     #[test]
     fn after_a_thaw_in_lockstep_only_the_newest_sample_is_used_however_many_were_queued() {
         for queued_before in [&[4_i64] as &[i64], &[4, 5]] {
-            let mut arrivals = Arrivals::new(1, true);
+            let mut arrivals = Arrivals::new(1, Pace::Lockstep);
             used(&mut arrivals, 3, &[3]);
             used(&mut arrivals, 4, &[]);
             used(&mut arrivals, 5, queued_before);
@@ -137,7 +138,7 @@ mod tests {
 
     #[test]
     fn a_slow_receiver_in_real_time_uses_its_whole_backlog() {
-        let mut arrivals = Arrivals::new(1, false);
+        let mut arrivals = Arrivals::new(1, Pace::RealTime);
         used(&mut arrivals, 3, &[3]);
         assert_eq!(used(&mut arrivals, 6, &[4, 5, 6]), [3, 4, 5]);
     }

@@ -14,7 +14,7 @@ pub use arrivals::Arrivals;
 pub use impairment::{Impairment, Route};
 pub use sample::Sample;
 
-use ringwing_flight::{LeaderState, LinkCounts, Sensed, Tick, UavId, UavState};
+use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 
 /// Takes one sample; returns whether it is the newest that can be used now, so that polling for more is useless.
@@ -54,14 +54,13 @@ pub struct LinkSettings {
     /// Ticks a second.
     pub rate_hz: u32,
     /// Whether all processes step through time together.
-    pub lockstep: bool,
+    pub pace: Pace,
 }
 
 impl LinkSettings {
     /// The settings of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
-        let time = &scenario.time;
-        Self { seed: scenario.seed, rate_hz: time.rate_hz, lockstep: !time.real_time }
+        Self { seed: scenario.seed, rate_hz: scenario.time.rate_hz, pace: scenario.pace() }
     }
 }
 
@@ -80,7 +79,7 @@ impl<T: Sample> LinkReceiver<T> {
     pub fn new(route: Route, settings: LinkSettings, faults: &[LinkFault]) -> Self {
         let mut link = Impairment::new(route, settings.seed, settings.rate_hz);
         link.set_faults(faults);
-        let arrivals = Arrivals::new(route.latency_ticks, settings.lockstep);
+        let arrivals = Arrivals::new(route.latency_ticks, settings.pace);
         Self { is_open: true, arrivals, link, newest_arrived: None }
     }
 

@@ -10,7 +10,7 @@ fn receiver(sentences: &[&str]) -> LinkReceiver<UavState> {
     let faults: Vec<Fault> = sentences.iter().map(|text| text.parse().unwrap()).collect();
     let faults: Vec<LinkFault> = Schedule { faults: &faults, seed: 1, rate_hz: 100, uavs: 6 }.link_faults();
     let route = Route { source: Source::Uav(2), to: UavId(3), latency_ticks: 1 };
-    LinkReceiver::new(route, LinkSettings { seed: 1, rate_hz: 100, lockstep: true }, &faults)
+    LinkReceiver::new(route, LinkSettings { seed: 1, rate_hz: 100, pace: Pace::Lockstep }, &faults)
 }
 
 /// The ticks of the samples that are used in `now`, when those of `available` can be polled; and how many were polled.

@@ -1,8 +1,8 @@
-//! Whether the agents agree on who lives.
+//! Whether the agents agree on who is alive.
 
 use super::Frame;
 
-/// Watches how many views of who lives there are.
+/// Counts the different views of who is alive.
 #[derive(Debug, Clone, Default)]
 pub(super) struct AgreementWatch {
     views: u32,
@@ -18,7 +18,7 @@ impl AgreementWatch {
         }
     }
 
-    /// Views of who lives in the last frame; 1 where all agree.
+    /// Number of different views in the last frame: 1 where all agents agree, 0 where no agent has commanded.
     pub(super) fn views(&self) -> u32 {
         self.views
     }
@@ -34,7 +34,7 @@ fn views(frame: &Frame) -> u32 {
     let is_first =
         |(place, fingerprint): &(usize, u64)| view().take(*place).all(|other| other != *fingerprint);
     match view().next() {
-        // The usual case, and in a large swarm much the cheaper one.
+        // Almost every tick. The general search below compares each view with all before it.
         Some(first) if view().all(|other| other == first) => 1,
         _ => view().enumerate().filter(is_first).count() as u32,
     }
@@ -47,7 +47,7 @@ mod tests {
     use ringwing_flight::FlightMode;
 
     #[test]
-    fn views_that_differ_are_counted_among_those_who_fly() {
+    fn different_views_are_counted_among_the_uavs_that_fly_on_command() {
         let scenario = testing::ring_of(4, 40.0);
         let mut frame = testing::at_rest(&scenario, 7);
         let mut watch = AgreementWatch::default();

@@ -1,19 +1,19 @@
-//! How much the swarm is one: headings, links, the age of what its members know, and how hard they are driven.
+//! How well the swarm holds together: agreement of headings, pieces of the ring, ages of data, saturation.
 
 use super::{Frame, UavFrame};
 
-/// One moment of it; what does not exist is absent.
+/// The swarm's coherence at one moment. A value that does not exist is absent.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Coherence {
-    /// How well headings agree: the length of the mean of their directions, 1 when all are the same.
+    /// Agreement of headings: the length of the mean of their unit vectors, from 0 to 1. 1 when all headings are equal.
     pub order: Option<f64>,
-    /// Pieces that the ring is in, among those that fly on command: 1 while it is connected.
+    /// Number of connected pieces of the ring of UAVs that fly on command: 1 while it is whole.
     pub ring_pieces: u32,
     /// Share of this tick's commands that Eq. (12) cut.
     pub saturated_share: Option<f64>,
-    /// The oldest data that an agent used, of a neighbour or the leader.
+    /// Age of the oldest data, of a neighbour or the leader, that an agent used.
     pub age_max_s: Option<f64>,
-    /// The mean age of all that were used.
+    /// Mean age of the data that agents used.
     pub age_mean_s: Option<f64>,
 }
 
@@ -40,7 +40,7 @@ fn order(frame: &Frame) -> Option<f64> {
     (count > 0).then(|| libm::hypot(x, y) / f64::from(count)).filter(|order| order.is_finite())
 }
 
-/// Each link that is missing cuts the ring once more; the first cut leaves it in one piece.
+/// Counts pieces by missing links: the first cut leaves the ring in one piece, and each further cut adds one.
 fn ring_pieces(frame: &Frame) -> u32 {
     let neighbours = frame.uavs.iter().zip(frame.uavs.iter().cycle().skip(1));
     let are_linked = |(one, next): &(&UavFrame, &UavFrame)| one.commanded().and(next.commanded()).is_some();
@@ -74,7 +74,7 @@ mod tests {
     use ringwing_flight::FlightMode;
 
     #[test]
-    fn the_formation_at_rest_is_one() {
+    fn the_formation_at_rest_is_coherent() {
         let coherence = Coherence::of(&at_rest(&ring_of(5, 40.0), 3), 1);
         assert_eq!(
             (coherence.order, coherence.ring_pieces, coherence.saturated_share),

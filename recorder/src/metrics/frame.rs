@@ -1,6 +1,6 @@
 //! One tick of the flight as it is measured, shown and logged.
 //!
-//! Live, [`Samples`] collect the payloads of a tick and [`Frame::refill`] makes the frame of them; a log that is read
+//! Live, [`TickSamples`] collect the payloads of a tick and [`Frame::refill`] makes the frame of them; a log that is read
 //! again makes the same frame of its messages. Must never guess: what was not received is absent.
 
 use super::{links::LinkTotals, ring::FlownRing};
@@ -10,7 +10,7 @@ use ringwing_scenario::Scenario;
 
 /// The payloads of one tick.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Samples {
+pub struct TickSamples {
     /// The tick.
     pub tick: i64,
     /// Each airframe, UAV 1 first; `None` where it has left the sky or its sample was overwritten.
@@ -57,7 +57,7 @@ impl From<&Sensed> for AirframeSample {
     }
 }
 
-impl Samples {
+impl TickSamples {
     /// Nothing received yet of a swarm of `uavs`.
     pub fn new(uavs: usize) -> Self {
         Self {
@@ -154,6 +154,7 @@ impl TrueState {
 /// The terms of `f_i` are rounded to single precision, as the log has them, so that a flight gives the same numbers
 /// live and read again.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "four independent facts, each plotted by itself")]
 pub struct ControlTerms {
     /// `v_i`.
     pub speed_command_m_s: f64,
@@ -246,7 +247,7 @@ impl Frame {
     }
 
     /// Makes this the frame of `samples`, at `rate_hz` ticks a second.
-    pub fn refill(&mut self, samples: &Samples, rate_hz: u32) {
+    pub fn refill(&mut self, samples: &TickSamples, rate_hz: u32) {
         // A torn frame does not show who still flies, so it keeps the ring of the frame before.
         if !samples.torn {
             let is_commanded = |airframe: &AirframeSample| airframe.mode == FlightMode::COMMANDED;
@@ -290,7 +291,7 @@ impl UavFrame {
     }
 }
 
-fn true_state(uav: UavId, samples: &Samples, ring: &FlownRing) -> Option<TrueState> {
+fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<TrueState> {
     let airframe = samples.airframes[uav.index()]?;
     let distance = |place: Point2<f64>| (place - airframe.position).norm();
     let neighbour =
@@ -341,7 +342,7 @@ mod tests {
     fn a_frame_measures_from_true_places() {
         let scenario = testing::ring_of(4, 10.0);
         let radius = scenario.formation().radius_m();
-        let mut samples = Samples::new(4);
+        let mut samples = TickSamples::new(4);
         samples.leader = Some(testing::leader(0, [100.0, 0.0]));
         // The slot of UAV 1 lies behind the leader.
         let east = 103.0 - radius;
@@ -366,7 +367,7 @@ mod tests {
         scenario.control.ring_closes = true;
         let mut ring = scenario.whole_ring();
         ring.reform(|number| number != 2);
-        let mut samples = Samples::new(4);
+        let mut samples = TickSamples::new(4);
         samples.leader = Some(testing::leader(0, [0.0, 0.0]));
         for number in 1..=4 {
             let mut sensed = testing::sensed(0, number, ring.slot(number).offset().into());
@@ -387,7 +388,7 @@ mod tests {
     #[test]
     fn without_a_leader_there_is_no_slot() {
         let scenario = testing::ring_of(3, 10.0);
-        let mut samples = Samples::new(3);
+        let mut samples = TickSamples::new(3);
         samples.airframes[1] = Some((&testing::sensed(0, 2, [1.0, 2.0])).into());
         let mut frame = Frame::new(&scenario);
         frame.refill(&samples, 100);

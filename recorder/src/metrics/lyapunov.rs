@@ -1,22 +1,22 @@
-//! V of Eq. (7) at the true states, and how often it rose where Theorem 1 says that it does not.
+//! V of Eq. (7) at the true states, and how often it rose although Theorem 1 says that it cannot.
 //!
-//! Written out again, and not taken from the agents' law: the recorder judges what they flew, and knows no agent. A pair
-//! counts where both fly on command; half of it at each of the two.
+//! Written apart from the agents' law on purpose: it judges what they flew, and a mistake in the law must not hide itself
+//! here. A pair of neighbours counts if both fly on command, half of it at each of the two.
 
 use super::{ControlTerms, Frame, TrueState};
 use ringwing_scenario::{Law, Scenario};
 
-/// Rounding may lift V by this share of it.
+/// Share of V that rounding may add in one tick. A smaller share counts rounding as a rise; a larger one hides slow rises.
 const ROUNDING: f64 = 1e-9;
 
-/// Follows V.
+/// Follows V from tick to tick.
 #[derive(Debug, Clone)]
 pub(super) struct LyapunovWatch {
     formation_gain: f64,
     slot_gain: f64,
     leader_speed_m_s: f64,
     leader_heading_rad: f64,
-    /// The law is the one that the theorem is about.
+    /// Whether the agents fly the law that the theorem is about.
     is_papers: bool,
     rises: u64,
     last: Option<Last>,
@@ -28,7 +28,7 @@ struct Last {
     tick: i64,
     value_m2: f64,
     commanded: u32,
-    /// Everybody then flew the law as it is proven.
+    /// Whether every UAV flew the law as the theorem assumes it.
     proven: bool,
 }
 
@@ -45,7 +45,7 @@ impl LyapunovWatch {
         }
     }
 
-    /// V in `frame`, in which so many are `commanded`.
+    /// Takes the next frame, in which `commanded` UAVs fly on command; returns V.
     pub(super) fn observe(&mut self, frame: &Frame, commanded: u32) -> Option<f64> {
         let value = self.candidate(frame).filter(|value| value.is_finite());
         let before = self.last.take();
@@ -59,12 +59,12 @@ impl LyapunovWatch {
         value
     }
 
-    /// How often V rose from one tick to the next although nobody was saturated or repelled.
+    /// Number of ticks in which V rose although no UAV was saturated or repelled.
     pub(super) fn rises(&self) -> u64 {
         self.rises
     }
 
-    /// None where nobody flies on command, or a distance is not known.
+    /// V, or `None` if no UAV flies on command or a distance is unknown.
     fn candidate(&self, frame: &Frame) -> Option<f64> {
         let (mut sum, ring) = (None, frame.ring.living());
         for number in 1..=frame.uavs.len() as u32 {
@@ -85,7 +85,7 @@ impl LyapunovWatch {
         self.formation_gain * (distance_m - rest_m).powi(2)
     }
 
-    /// What one UAV adds by its own place and heading.
+    /// The terms of V that depend on one UAV alone: its distance from the centre, its slot error and its heading.
     fn share_of(&self, state: &TrueState, radius_m: f64) -> Option<f64> {
         let centre = self.stretch(state.leader_distance_m?, radius_m);
         let slot = self.slot_gain * state.slot_error_m?.powi(2);
@@ -94,7 +94,7 @@ impl LyapunovWatch {
     }
 }
 
-/// Whether everybody flies Eq. (6) as it is: nothing cut by Eq. (12), nothing added by Eq. (13).
+/// Whether every UAV flies Eq. (6) unaltered: not cut by Eq. (12), and nothing added by Eq. (13).
 fn is_proven(frame: &Frame) -> bool {
     let is_unaltered = |control: &ControlTerms| {
         !control.speed_saturated && !control.turn_rate_saturated && control.repulsion_m == [0.0; 2]
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn the_formation_has_the_least_and_each_term_its_weight() {
+    fn v_is_zero_in_formation_and_each_term_has_its_weight() {
         let scenario = ring_of(4, 10.0);
         let mut watch = LyapunovWatch::new(&scenario);
         assert!(watch.observe(&at_rest(&scenario, 0), 4).unwrap() < 1e-20);
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rise_counts_where_nothing_excuses_it() {
+    fn a_rise_counts_unless_saturation_or_a_missing_tick_explains_it() {
         let scenario = ring_of(3, 40.0);
         let mut watch = LyapunovWatch::new(&scenario);
         let mut excused = displaced(&scenario, 1, 2.0);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn without_anybody_there_is_no_value() {
+    fn an_empty_sky_has_no_value() {
         let scenario = ring_of(3, 40.0);
         let mut frame = at_rest(&scenario, 0);
         frame.uavs.iter_mut().for_each(|uav| uav.state = None);

@@ -1,4 +1,4 @@
-//! How close the swarm came to an obstacle, and whom it repelled.
+//! How close the swarm came to an obstacle, and which UAVs the obstacle repelled.
 
 use super::ObstacleSummary;
 use nalgebra::Point2;
@@ -9,7 +9,7 @@ use ringwing_scenario::ObstacleSection;
 #[derive(Debug, Clone)]
 pub(super) struct ObstacleWatch {
     obstacle: ObstacleSection,
-    /// How near each UAV came, UAV 1 first; none for those that were never seen.
+    /// The closest approach of each UAV, UAV 1 first; `None` for UAVs that never flew.
     nearest: Vec<Option<Nearest>>,
 }
 
@@ -40,14 +40,14 @@ impl ObstacleWatch {
         }
     }
 
-    /// The smallest distance from its edge to any of these places.
+    /// The smallest distance from its edge to any of these positions; negative inside.
     pub(super) fn clearance_m(&self, places: &[(u32, Point2<f64>)]) -> Option<f64> {
         let centre = Point2::from(self.obstacle.position_m);
         let squared = places.iter().map(|(_, place)| (place - centre).norm_squared()).reduce(f64::min)?;
         Some(squared.sqrt() - self.obstacle.radius_m)
     }
 
-    /// None while nobody has flown.
+    /// `None` if no UAV has flown yet.
     pub(super) fn summary(&self, rate_hz: u32) -> Option<ObstacleSummary> {
         let mut approaches: Vec<Nearest> = self.nearest.iter().flatten().copied().collect();
         approaches.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn whom_it_repelled_hardest_comes_first() {
+    fn the_uav_that_was_repelled_hardest_comes_first() {
         let mut watch = ObstacleWatch::new(&crate::testing::obstacle([100.0, 0.0]));
         let at = |uav, x| (uav, Point2::new(x, 0.0));
         watch.observe(0, &[at(1, 100.0 - 18.0), at(2, 0.0), at(3, 100.0 - 19.0)]);

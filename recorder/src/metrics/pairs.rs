@@ -1,4 +1,4 @@
-//! Who comes how close to whom.
+//! Which UAVs come closest to each other, among ring neighbours and among all others.
 
 use super::{ClosestPair, FlownRing};
 use nalgebra::Point2;
@@ -6,7 +6,7 @@ use ringwing_flight::Tick;
 
 /// Two UAVs and how far apart they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
+pub struct UavPair {
     /// Their distance.
     pub distance_m: f64,
     /// The lower number.
@@ -18,10 +18,10 @@ pub struct Pair {
 /// The closest pairs of one moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pairs {
-    /// Among ring neighbours.
-    pub adjacent: Option<Pair>,
-    /// Among all others.
-    pub other: Option<Pair>,
+    /// The closest ring neighbours.
+    pub adjacent: Option<UavPair>,
+    /// The closest two that are not ring neighbours.
+    pub other: Option<UavPair>,
 }
 
 impl Pairs {
@@ -41,8 +41,8 @@ impl Pairs {
         Self { adjacent: adjacent.pair(), other: other.pair() }
     }
 
-    /// The closest of all.
-    pub fn pair(&self) -> Option<Pair> {
+    /// The closest two.
+    pub fn pair(&self) -> Option<UavPair> {
         closer(self.adjacent, self.other)
     }
 }
@@ -62,21 +62,21 @@ impl Candidate {
         }
     }
 
-    fn pair(self) -> Option<Pair> {
+    fn pair(self) -> Option<UavPair> {
         let (uav, other) = self.uavs;
-        (self.squared < f64::INFINITY).then(|| Pair { distance_m: self.squared.sqrt(), uav, other })
+        (self.squared < f64::INFINITY).then(|| UavPair { distance_m: self.squared.sqrt(), uav, other })
     }
 }
 
-fn closer(one: Option<Pair>, two: Option<Pair>) -> Option<Pair> {
+fn closer(one: Option<UavPair>, two: Option<UavPair>) -> Option<UavPair> {
     one.into_iter().chain(two).min_by(|one, two| one.distance_m.total_cmp(&two.distance_m))
 }
 
 /// The closest pairs of the flight so far, each with its tick.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ClosestSoFar {
-    adjacent: Option<(Pair, i64)>,
-    other: Option<(Pair, i64)>,
+    adjacent: Option<(UavPair, i64)>,
+    other: Option<(UavPair, i64)>,
 }
 
 impl ClosestSoFar {
@@ -86,21 +86,21 @@ impl ClosestSoFar {
     }
 
     pub(super) fn adjacent(&self, rate_hz: u32) -> Option<ClosestPair> {
-        self.adjacent.map(|closest| told(closest, rate_hz))
+        self.adjacent.map(|closest| timed(closest, rate_hz))
     }
 
     pub(super) fn other(&self, rate_hz: u32) -> Option<ClosestPair> {
-        self.other.map(|closest| told(closest, rate_hz))
+        self.other.map(|closest| timed(closest, rate_hz))
     }
 
     pub(super) fn pair(&self, rate_hz: u32) -> Option<ClosestPair> {
         let both = self.adjacent.into_iter().chain(self.other);
         both.min_by(|one, two| one.0.distance_m.total_cmp(&two.0.distance_m))
-            .map(|closest| told(closest, rate_hz))
+            .map(|closest| timed(closest, rate_hz))
     }
 }
 
-fn keep_closer(closest: &mut Option<(Pair, i64)>, pair: Option<Pair>, tick: i64) {
+fn keep_closer(closest: &mut Option<(UavPair, i64)>, pair: Option<UavPair>, tick: i64) {
     if let Some(pair) =
         pair.filter(|pair| closest.is_none_or(|(so_far, _)| pair.distance_m < so_far.distance_m))
     {
@@ -108,7 +108,7 @@ fn keep_closer(closest: &mut Option<(Pair, i64)>, pair: Option<Pair>, tick: i64)
     }
 }
 
-fn told((Pair { distance_m, uav, other }, tick): (Pair, i64), rate_hz: u32) -> ClosestPair {
+fn timed((UavPair { distance_m, uav, other }, tick): (UavPair, i64), rate_hz: u32) -> ClosestPair {
     ClosestPair { distance_m, uav, other, time_s: Tick(tick).seconds(rate_hz) }
 }
 
@@ -129,7 +129,7 @@ mod tests {
     #[test]
     fn the_first_and_the_last_are_neighbours() {
         let closest = pairs(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 3.0)]);
-        assert_eq!(closest.adjacent, Some(Pair { distance_m: 3.0, uav: 1, other: 4 }));
+        assert_eq!(closest.adjacent, Some(UavPair { distance_m: 3.0, uav: 1, other: 4 }));
         assert_eq!(closest.other.map(|pair| (pair.uav, pair.other)), Some((2, 4)));
         assert_eq!(closest.pair(), closest.adjacent);
     }
@@ -167,7 +167,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_quick_search_finds_what_the_plain_one_does(
+        fn the_fast_search_finds_the_same_pairs_as_a_plain_one(
             places in proptest::collection::vec((-100.0..100.0_f64, -100.0..100.0_f64), 3..40),
         ) {
             let count = places.len();

@@ -1,15 +1,17 @@
 //! When the formation has settled.
 
-/// Every slot error within this is a formation that stands.
+/// Slot error up to which a UAV is in its slot, metres. A smaller tolerance never settles in wind or with noise; a larger one
+/// calls a loose ring a formation.
 pub(super) const TOLERANCE_M: f64 = 1.0;
-/// It has settled when it stands for as long as this.
+/// Seconds for which every UAV must stay in its slot. Shorter, and a swarm that swings through its slots counts as settled;
+/// longer, and short flights never settle before their end.
 const HOLD_S: u32 = 5;
 
 /// Watches the largest slot error.
 #[derive(Debug, Clone)]
 pub(super) struct Settling {
     hold_ticks: i64,
-    /// The first tick of those within tolerance, without one outside since.
+    /// The first tick since which every slot error is within tolerance.
     holding_since: Option<i64>,
     settled_at: Option<i64>,
 }
@@ -19,7 +21,7 @@ impl Settling {
         Self { hold_ticks: i64::from(HOLD_S * rate_hz), holding_since: None, settled_at: None }
     }
 
-    /// Takes the largest slot error of `tick`; a tick without one says nothing.
+    /// Takes the largest slot error of `tick`. A tick without one changes nothing.
     pub(super) fn observe(&mut self, tick: i64, slot_error_max_m: Option<f64>) {
         let Some(error_m) = slot_error_max_m else { return };
         if error_m > TOLERANCE_M {
@@ -32,7 +34,7 @@ impl Settling {
         }
     }
 
-    /// The tick from which it stood long enough, or stands at the end.
+    /// The tick from which the formation stood for long enough, or stands at the end of the flight.
     pub(super) fn settled_at(&self) -> Option<i64> {
         self.settled_at.or(self.holding_since)
     }

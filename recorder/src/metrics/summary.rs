@@ -1,12 +1,12 @@
-//! What the flight was like, for tables, scripts and the verdict.
+//! The flight in numbers, for tables, scripts and the verdict.
 
 use super::{FaultRecovery, LinkTotals, TrueState};
 use serde::{Deserialize, Serialize};
 
-/// A flight in numbers; what does not exist is absent, never 0.
+/// A flight in numbers. A value that does not exist is absent, never 0.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FlightSummary {
-    /// The first time from which every slot error stays within 1 m, and for 5 s on end or to the end of the flight.
+    /// The first time from which every slot error stays within 1 m for 5 s, or to the end of the flight.
     pub settling_s: Option<f64>,
     /// The largest slot error at the end.
     pub slot_error_max_m: Option<f64>,
@@ -16,46 +16,46 @@ pub struct FlightSummary {
     pub neighbour_error_max_m: Option<f64>,
     /// The largest `| |p_i - p_c| - R |` at the end.
     pub radius_error_max_m: Option<f64>,
-    /// The closest that any two came.
+    /// The closest approach of any two UAVs.
     pub closest_pair: Option<ClosestPair>,
-    /// The closest that ring neighbours came.
+    /// The closest approach of ring neighbours.
     pub closest_adjacent: Option<ClosestPair>,
-    /// The closest that two came which are not ring neighbours.
+    /// The closest approach of two UAVs that are not ring neighbours.
     pub closest_other: Option<ClosestPair>,
-    /// The closest that anybody came to each obstacle, in the scenario's order.
+    /// The closest approach to each obstacle, in the scenario's order.
     pub obstacles: Vec<ObstacleSummary>,
     /// Share of commands whose speed Eq. (12) cut.
     pub speed_saturated_share: Option<f64>,
     /// Share of commands whose turn rate Eq. (12) cut.
     pub turn_rate_saturated_share: Option<f64>,
-    /// The slowest anybody flew.
+    /// The lowest speed flown.
     pub speed_min_m_s: Option<f64>,
-    /// The fastest anybody flew.
+    /// The highest speed flown.
     pub speed_max_m_s: Option<f64>,
-    /// The tightest anybody turned.
+    /// The largest turn rate flown, in either direction.
     pub turn_rate_max_rad_s: Option<f64>,
-    /// Views of who lives at the end: 1 where all that fly on command agree.
+    /// Number of different views of who is alive at the end: 1 where all agents agree.
     pub views: u32,
-    /// The last moment at which there was more than one.
+    /// The last time at which there was more than one view.
     pub disagreed_until_s: Option<f64>,
-    /// Faults in all: what was asked for, the return of a UAV included, and processes that were lost or frozen.
+    /// Number of faults: those asked for, the return of a UAV included, and processes that were lost or frozen by chance.
     pub faults: u64,
-    /// How long each was felt; only the first hundred.
+    /// How long the formation took to recover from each; only the first hundred.
     pub recoveries: Vec<FaultRecovery>,
-    /// Ticks measured.
+    /// Number of ticks measured.
     pub ticks: u64,
-    /// Ticks lost, or not had whole.
+    /// Number of ticks that are missing or torn.
     pub ticks_lost: u64,
     /// The last tick measured.
     pub last_tick: Option<i64>,
-    /// What became of samples on links with faults.
+    /// What became of the samples on links with faults.
     #[serde(default)]
     pub links: Vec<LinkTotals>,
-    /// Each UAV at the end, without those that have left the sky.
+    /// Each UAV in the sky at the end.
     pub uavs: Vec<UavSummary>,
 }
 
-/// Two UAVs at the moment they were closest.
+/// The closest approach of two UAVs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ClosestPair {
     /// Their distance.
@@ -68,7 +68,7 @@ pub struct ClosestPair {
     pub time_s: f64,
 }
 
-/// The moment somebody was closest to an obstacle.
+/// The closest approach to an obstacle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObstacleSummary {
     /// The obstacle.
@@ -79,7 +79,7 @@ pub struct ObstacleSummary {
     pub uav: u32,
     /// When.
     pub time_s: f64,
-    /// Everybody who came within its braking distance, the nearest, whom it repelled hardest, first.
+    /// The UAVs that came within its braking distance, the nearest first: it repelled that one hardest.
     pub repelled: Vec<u32>,
 }
 
@@ -88,13 +88,13 @@ pub struct ObstacleSummary {
 pub struct UavSummary {
     /// Its number.
     pub uav: u32,
-    /// Whether its agent flies it, and not its failsafe.
+    /// Whether it flies on command, and not in its failsafe.
     pub commanded: bool,
     /// Distance from its slot.
     pub slot_error_m: Option<f64>,
-    /// Distance to the ring neighbour before.
+    /// Distance to the previous ring neighbour.
     pub previous_distance_m: Option<f64>,
-    /// Distance to the ring neighbour after.
+    /// Distance to the next ring neighbour.
     pub next_distance_m: Option<f64>,
     /// Distance to the leader.
     pub leader_distance_m: Option<f64>,

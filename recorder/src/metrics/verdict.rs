@@ -1,11 +1,11 @@
-//! Whether a flight did what its scenario requires.
+//! Judges whether a flight met the requirements of its scenario.
 //!
-//! Never softens: what is required and cannot be measured is violated.
+//! Must never pass what it cannot measure: a requirement without a measured value is violated.
 
 use super::FlightSummary;
 use ringwing_scenario::RequirementsSection;
 
-/// The requirements that the flight violated, each as one sentence; none if it passed.
+/// The requirements that the flight violated, each as one sentence; empty if it passed.
 pub fn judge(requirements: &RequirementsSection, summary: &FlightSummary, collisions: usize) -> Vec<String> {
     let mut violations = Vec::new();
     violations.extend(requirements.collisions_max.and_then(|most| judge_collisions(most, collisions)));

@@ -2,7 +2,7 @@
 //!
 //! Must never wait and never guess: a sample that did not arrive is absent.
 
-use crate::metrics::{AirframeSample, Samples};
+use crate::metrics::{AirframeSample, TickSamples};
 use ringwing_flight::{Account, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Assembled {
     /// What everybody sent.
-    pub(crate) samples: Samples,
+    pub(crate) samples: TickSamples,
     /// How long the tick took, by the wall clock.
     pub(crate) timing: Option<TickTiming>,
 }
@@ -112,7 +112,7 @@ impl Assembly {
         let (ticks, spare) = (&mut self.ticks, &mut self.spare);
         Some(ticks.entry(tick).or_insert_with(|| {
             let mut fresh =
-                spare.pop().unwrap_or_else(|| Assembled { samples: Samples::new(uavs), timing: None });
+                spare.pop().unwrap_or_else(|| Assembled { samples: TickSamples::new(uavs), timing: None });
             fresh.samples.restart(tick);
             fresh.timing = None;
             fresh

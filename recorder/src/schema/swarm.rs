@@ -2,7 +2,7 @@
 //!
 //! Never measures anything: values come from the frame and from the metrics of its moment.
 
-use crate::metrics::{Frame, Moment, Pair, TrueState};
+use crate::metrics::{Frame, Moment, TrueState, UavPair};
 
 /// Every UAV in one message: `/swarm/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -137,7 +137,7 @@ impl SwarmUav {
 impl SwarmMetrics {
     /// The metrics of `moment`.
     pub(crate) fn of(moment: &Moment) -> Self {
-        let distance = |pair: Option<Pair>| pair.map(|pair| pair.distance_m);
+        let distance = |pair: Option<UavPair>| pair.map(|pair| pair.distance_m);
         let coherence = moment.coherence;
         Self {
             tick: moment.tick,

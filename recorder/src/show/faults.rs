@@ -15,7 +15,7 @@ type Parts = BTreeSet<Part>;
 
 /// The faults in force at a moment.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct FaultWatch {
+pub(crate) struct CurrentFaults {
     /// Ended, and not replaced yet.
     lost: Parts,
     /// Stopped by SIGSTOP.
@@ -43,7 +43,7 @@ pub(crate) enum Condition {
     Collided,
 }
 
-impl FaultWatch {
+impl CurrentFaults {
     /// Updates the faults by an event.
     pub(crate) fn on_event(&mut self, event: &Event) {
         use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
@@ -172,9 +172,11 @@ mod tests {
         Event::Collision { uav: UavId(uav), with, position_m: [1.0, -2.0] }
     }
 
-    fn watch(events: &[Event]) -> FaultWatch {
-        let mut watch = FaultWatch::default();
-        events.iter().for_each(|event| watch.on_event(event));
+    fn watch(events: &[Event]) -> CurrentFaults {
+        let mut watch = CurrentFaults::default();
+        for event in events {
+            watch.on_event(event);
+        }
         watch
     }
 
@@ -187,7 +189,7 @@ mod tests {
         assert_eq!(watch.condition(2), Condition::Lost);
         watch.on_event(&Event::ProcessThawed { part: agent(2) });
         watch.on_event(&Event::ProcessReady { part: LEADER });
-        assert_eq!(watch, FaultWatch::default());
+        assert_eq!(watch, CurrentFaults::default());
         assert_eq!(watch.message(0).summary, "none");
     }
 
@@ -201,7 +203,7 @@ mod tests {
         assert_eq!(watch.message(0).summary, "lost: uav 3; link 2->3 hold");
         watch.on_event(&Event::FaultHealed { sentence: sentence() });
         watch.on_event(&fault(agent(3), ProcessAction::Start));
-        assert_eq!(watch, FaultWatch::default());
+        assert_eq!(watch, CurrentFaults::default());
     }
 
     #[test]
@@ -226,7 +228,7 @@ mod tests {
     #[test]
     fn a_uav_that_loiters_or_left_the_sky_is_in_its_failsafe() {
         let scenario = testing::ring_of(3, 40.0);
-        let mut watch = FaultWatch::default();
+        let mut watch = CurrentFaults::default();
         let mut frame = testing::at_rest(&scenario, 0);
         frame.uavs[2].state = None;
         watch.observe(&frame);

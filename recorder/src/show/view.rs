@@ -4,7 +4,7 @@
 //! once more, with the trails and faults that it learned from the log.
 
 use super::{
-    faults::FaultWatch,
+    faults::CurrentFaults,
     geo::Earth,
     scene::{self, CraftScene, Trails},
 };
@@ -60,9 +60,9 @@ pub(crate) struct Viewer {
     closes: bool,
     /// Age from which data have the colour of alarm: the airframe's own limit for commands.
     stale_s: f64,
-    watch: FaultWatch,
+    watch: CurrentFaults,
     /// The faults as last shown; `None` before the first view.
-    shown: Option<FaultWatch>,
+    shown: Option<CurrentFaults>,
     craft: CraftScene,
     trails: Trails,
 }
@@ -78,7 +78,7 @@ impl Viewer {
             earth: Earth::new(&scenario.georeference, &scenario.obstacles),
             stale_s: scenario.airframe.command_timeout_s,
             closes: scenario.control.ring_closes,
-            watch: FaultWatch::default(),
+            watch: CurrentFaults::default(),
             shown: None,
             craft: CraftScene::new(formation.count(), formation.spacing_m()),
             trails: Trails::new(formation.count(), clock),

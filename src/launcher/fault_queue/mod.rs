@@ -113,7 +113,7 @@ impl<'a, R> FaultQueue<'a, R> {
         match self.scenario.pace() {
             Pace::RealTime => unbounded,
             Pace::Lockstep if !self.waiting.is_empty() => BEFORE_ALL_TICKS,
-            Pace::Lockstep => self.due.front().map_or(unbounded, |first| Tick(first.tick)),
+            Pace::Lockstep => self.due.front().map_or(unbounded, |first| first.tick),
         }
     }
 
@@ -150,7 +150,7 @@ impl<'a, R> FaultQueue<'a, R> {
         let Some(first) = self.due.front() else { return Vec::new() };
         let kind = mem::discriminant(&first.action);
         let is_in_batch = |scheduled: &&ScheduledAction| {
-            scheduled.tick <= now.0 && mem::discriminant(&scheduled.action) == kind
+            scheduled.tick <= now && mem::discriminant(&scheduled.action) == kind
         };
         let count = self.due.iter().take_while(is_in_batch).count();
         self.due.drain(..count).collect()
@@ -237,7 +237,7 @@ impl<'a, R> FaultQueue<'a, R> {
         }
         match &action {
             Action::Heal(links) if !self.is_healable(links, now) => Err("there is nothing to heal".into()),
-            Action::Link { trouble: LinkImpairment::Delay(Delay::File(_)), .. } => {
+            Action::Link { impairment: LinkImpairment::Delay(Delay::File(_)), .. } => {
                 Err("the run reads no files: `ringwing fault` reads a file of delays and sends what is in it"
                     .into())
             }
@@ -248,7 +248,7 @@ impl<'a, R> FaultQueue<'a, R> {
     /// Whether a fault of `links` is on at `now`.
     fn is_healable(&self, links: &Links, now: Tick) -> bool {
         let faults = self.scenario.schedule_of(&self.faults).link_faults();
-        faults.iter().any(|fault| fault.is_on(now.0) && (*links == Links::All || *links == fault.links))
+        faults.iter().any(|fault| fault.is_on(now) && (*links == Links::All || *links == fault.links))
     }
 
     /// Puts the actions and announcements of a new fault, which begins at `begin`, behind those of the same ticks.
@@ -272,17 +272,17 @@ impl<'a, R> FaultQueue<'a, R> {
     pub(super) fn list(&self, now: Tick) -> String {
         let rate_hz = self.scenario.time.rate_hz;
         let links = self.scenario.schedule_of(&self.faults).link_faults();
-        let lasting = links.iter().filter(|fault| fault.end.is_none_or(|end| end > now.0));
+        let lasting = links.iter().filter(|fault| fault.end.is_none_or(|end| end > now));
         let link_lines = lasting.map(|fault| {
-            let when = if fault.is_on(now.0) { "since" } else { "from" };
-            format!("{when} {:.2} s: {}", Tick(fault.begin).seconds(rate_hz), fault.sentence)
+            let when = if fault.is_on(now) { "since" } else { "from" };
+            format!("{when} {:.2} s: {}", fault.begin.seconds(rate_hz), fault.sentence)
         });
         let process_lines = self.due.iter().map(|scheduled| {
             let text = self.scenario.event_text(&applied(scheduled.clone()));
-            format!("at {:.2} s: {text}", Tick(scheduled.tick).seconds(rate_hz))
+            format!("at {:.2} s: {text}", scheduled.tick.seconds(rate_hz))
         });
-        let lines: Vec<String> = link_lines.chain(process_lines).collect();
-        if lines.is_empty() { "none".into() } else { lines.join("\n") }
+        let list = link_lines.chain(process_lines).collect::<Vec<String>>().join("\n");
+        if list.is_empty() { "none".into() } else { list }
     }
 }
 
@@ -294,7 +294,7 @@ fn applied(scheduled: ScheduledAction) -> Event {
 
 /// The tick at which `fault` begins.
 fn tick_of(scenario: &Scenario, fault: &Fault) -> Tick {
-    Tick(scenario.schedule().tick(fault.at_s))
+    scenario.schedule().tick(fault.at_s)
 }
 
 /// What the one who sent `request` is told about it.

@@ -4,8 +4,8 @@ use ringwing_flight::{ProcessAction, UavId};
 const KILL: ProcessAction = ProcessAction::Kill { returns: false };
 
 fn scenario(faults: &[&str], pace: Pace) -> Scenario {
-    let mut scenario = Scenario::default();
-    scenario.faults = faults.iter().map(|sentence| sentence.parse().unwrap()).collect();
+    let faults = faults.iter().map(|sentence| sentence.parse().unwrap()).collect();
+    let mut scenario = Scenario { faults, ..Scenario::default() };
     scenario.time.real_time = pace == Pace::RealTime;
     scenario
 }
@@ -28,7 +28,9 @@ fn apply_all(queue: &mut FaultQueue<&str>, now: Tick) -> Vec<Vec<(Part, ProcessA
             return batches;
         }
         batches.push(batch.iter().map(|one| (one.part, one.action)).collect());
-        batch.into_iter().for_each(|one| queue.note_applied(one));
+        for scheduled in batch {
+            queue.note_applied(scheduled);
+        }
     }
 }
 

@@ -3,9 +3,11 @@
 //! Must never start, signal or watch a process, and never read a clock. Time comes in as an argument, counted from any
 //! moment that stays the same; what there is to do comes out as [`Effect`]s, which the supervisor carries out.
 
+mod effect;
 #[cfg(test)]
 mod tests;
 
+pub(super) use effect::{Effect, ProcessSignal};
 use ringwing_flight::{AfterLoss, Event, Part, ProcessAction, ProcessEnd};
 use std::time::Duration;
 
@@ -61,52 +63,6 @@ pub(super) enum Input {
     Killed,
     /// Time has passed.
     ClockTicked,
-}
-
-/// What the supervisor has to do, in the given order.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Effect {
-    /// Log this event.
-    Log(Event),
-    /// Send a signal.
-    Signal {
-        /// To this process.
-        pid: u32,
-        /// This one.
-        signal: ProcessSignal,
-    },
-    /// Spawn a process and report it as [`Input::Spawned`].
-    Spawn,
-    /// Watch this process for its end: it is not the launcher's child.
-    Watch {
-        /// The process.
-        pid: u32,
-    },
-    /// Remove what the process left in shared memory.
-    CleanUp {
-        /// Whether a fault asked for the end. Then what the process sent belongs to the experiment, and its readers need
-        /// it for some more ticks.
-        is_planned: bool,
-    },
-    /// Tell the world who runs.
-    PublishRoster,
-    /// End the run, which has failed for this reason.
-    EndRun(String),
-    /// Let the flight go on; the run has failed for this reason all the same.
-    FailAtEnd(String),
-}
-
-/// The signals that the launcher sends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum ProcessSignal {
-    /// SIGKILL.
-    Kill,
-    /// SIGTERM.
-    Terminate,
-    /// SIGSTOP.
-    Stop,
-    /// SIGCONT.
-    Continue,
 }
 
 /// A process of the run, whether it exists at the moment or not.

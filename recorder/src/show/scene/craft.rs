@@ -9,7 +9,7 @@ use crate::{
     metrics::Frame,
     schema::topics::padded,
     show::{
-        faults::{Condition, FaultWatch},
+        faults::{Condition, CurrentFaults},
         palette::{self, Rgb},
     },
 };
@@ -76,7 +76,12 @@ impl CraftScene {
     }
 
     /// The scene, if any UAV looks different than in the last one.
-    pub(crate) fn scene(&mut self, frame: &Frame, faults: &FaultWatch, clock: Clock) -> Option<SceneUpdate> {
+    pub(crate) fn scene(
+        &mut self,
+        frame: &Frame,
+        faults: &CurrentFaults,
+        clock: Clock,
+    ) -> Option<SceneUpdate> {
         // An incomplete frame lacks UAVs that may well be in the sky.
         if frame.torn {
             return None;
@@ -160,7 +165,7 @@ impl CraftScene {
     }
 }
 
-fn look(frame: &Frame, uav: u32, place: Option<Point2<f64>>, faults: &FaultWatch) -> Option<CraftLook> {
+fn look(frame: &Frame, uav: u32, place: Option<Point2<f64>>, faults: &CurrentFaults) -> Option<CraftLook> {
     let state = frame.uavs.get(uav as usize - 1).and_then(|uav| uav.state.as_ref());
     match state.filter(|state| state.mode != FlightMode::VANISHED) {
         Some(state) => Some(CraftLook::Flying { condition: faults.condition(uav), mode: state.mode }),
@@ -196,9 +201,9 @@ mod tests {
     #[test]
     fn every_change_gives_a_scene_of_all_uavs() {
         let scenario = testing::ring_of(3, 40.0);
-        let (mut craft, mut faults) = (CraftScene::new(3, 40.0), FaultWatch::default());
+        let (mut craft, mut faults) = (CraftScene::new(3, 40.0), CurrentFaults::default());
         let mut frame = testing::at_rest(&scenario, 0);
-        let mut scene = |frame: &Frame, faults: &FaultWatch| {
+        let mut scene = |frame: &Frame, faults: &CurrentFaults| {
             craft.observe(frame);
             craft.scene(frame, faults, Clock::new(100))
         };

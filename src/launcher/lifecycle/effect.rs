@@ -1,0 +1,51 @@
+//! What the supervisor has to do after a change of a process.
+//!
+//! Must never do it: an effect is data, so that tests can compare it.
+
+use ringwing_flight::Event;
+
+/// What the supervisor has to do, in the given order.
+#[derive(Debug, Clone, PartialEq)]
+pub(in crate::launcher) enum Effect {
+    /// Log this event.
+    Log(Event),
+    /// Send a signal.
+    Signal {
+        /// To this process.
+        pid: u32,
+        /// This one.
+        signal: ProcessSignal,
+    },
+    /// Spawn a process and report it as [`Input::Spawned`].
+    Spawn,
+    /// Watch this process for its end: it is not the launcher's child.
+    Watch {
+        /// The process.
+        pid: u32,
+    },
+    /// Remove what the process left in shared memory.
+    CleanUp {
+        /// Whether a fault asked for the end. Then what the process sent belongs to the experiment, and its readers need
+        /// it for some more ticks.
+        is_planned: bool,
+    },
+    /// Tell the world who runs.
+    PublishRoster,
+    /// End the run, which has failed for this reason.
+    EndRun(String),
+    /// Let the flight go on; the run has failed for this reason all the same.
+    FailAtEnd(String),
+}
+
+/// The signals that the launcher sends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::launcher) enum ProcessSignal {
+    /// SIGKILL.
+    Kill,
+    /// SIGTERM.
+    Terminate,
+    /// SIGSTOP.
+    Stop,
+    /// SIGCONT.
+    Continue,
+}
