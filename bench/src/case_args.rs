@@ -49,7 +49,7 @@ impl CaseArgs {
     /// Measures another carrier than the swarm, as the hub of its peers.
     pub fn measure_transport(&self) -> Result<(), BenchError> {
         let id = self.domain.as_ref().ok_or_else(|| BenchError::case("a hub needs a --domain"))?;
-        hub::run(&self.case, &Domain::join(id)?, &self.measure, &self.placement.placement())
+        hub::run(&self.case, &Domain::join(id)?, &self.measure, self.placement.placement())
     }
 }
 

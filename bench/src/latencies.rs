@@ -3,26 +3,16 @@
 //! Must never report a percentile that rests on too few samples, and must never accept a file whose parts contradict each
 //! other.
 
-use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
-use flate2::read::ZlibDecoder;
-use hdrhistogram::{
-    Histogram,
-    serialization::{Deserializer, Serializer as _, V2DeflateSerializer},
-};
+use crate::hdr::{self, DIGITS, HdrError};
+use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
-use std::{collections::BTreeMap, io::Read};
+use std::collections::BTreeMap;
 
 /// The percentiles that are reported: their names, and their shares of the samples.
 pub(crate) const PERCENTILES: [(&str, f64); 5] =
     [("p50", 0.5), ("p90", 0.9), ("p99", 0.99), ("p99.9", 0.999), ("p99.99", 0.9999)];
 /// Samples that must be expected beyond a percentile for it to be reported. With fewer, chance decides it.
 const MIN_BEYOND: u32 = 10;
-/// Significant digits of a value in the distribution. A fourth one would make files ten times as long.
-const DIGITS: u8 = 3;
-/// Length of the header of an encoding: cookie, length of the counts, offset, digits, lowest and highest value, ratio.
-const HEADER_BYTES: usize = 40;
-/// Most bytes that an encoding is inflated to. With three digits and 64 bits, it has at most 56 000 counts of nine bytes.
-const MAX_ENCODING_BYTES: u64 = 1 << 20;
 /// Rounding error of a share times a count: 100 (1 - 0.9) gives 9.999999999999998. Larger would move exact limits.
 const ROUNDING: f64 = 1e-6;
 
@@ -137,7 +127,7 @@ impl From<Latencies> for WrittenLatencies {
             n: samples.n(),
             min_ns: samples.min_ns(),
             max_ns: samples.max_ns(),
-            hdr: encoded(&samples.histogram),
+            hdr: hdr::encoded(&samples.histogram),
             percentiles: samples.percentiles(),
         }
     }
@@ -146,14 +136,8 @@ impl From<Latencies> for WrittenLatencies {
 /// Why latencies in a file are not accepted.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum LatencyError {
-    #[error("`hdr` is not base64: {0}; measure again, or use the original file")]
-    Base64(base64::DecodeError),
-    #[error("`hdr` is not an HDR histogram: {0}; measure again, or use the original file")]
-    Histogram(hdrhistogram::serialization::DeserializeError),
-    #[error("`hdr` does not have the length that it claims; measure again, or use the original file")]
-    Length,
-    #[error("`hdr` has a resolution that ringwing does not write; measure again")]
-    Resolution,
+    #[error(transparent)]
+    Hdr(#[from] HdrError),
     #[error("`{0}` contradicts `hdr`: the file was changed or is damaged; measure again")]
     Contradiction(String),
 }
@@ -162,7 +146,8 @@ impl TryFrom<WrittenLatencies> for Latencies {
     type Error = LatencyError;
 
     fn try_from(written: WrittenLatencies) -> Result<Self, LatencyError> {
-        let samples = Self { histogram: decoded(&written.hdr)?, ends_ns: written.min_ns.zip(written.max_ns) };
+        let samples =
+            Self { histogram: hdr::decoded(&written.hdr)?, ends_ns: written.min_ns.zip(written.max_ns) };
         match samples.contradiction(&written) {
             Some(field) => Err(LatencyError::Contradiction(field)),
             None => Ok(samples),
@@ -195,42 +180,13 @@ impl Latencies {
     }
 }
 
-/// `histogram` in `HdrHistogram`'s V2 encoding, deflated, in base64.
-fn encoded(histogram: &Histogram<u64>) -> String {
-    let mut bytes = Vec::new();
-    let written = V2DeflateSerializer::new().serialize(histogram, &mut bytes);
-    assert!(written.is_ok(), "writing to memory does not fail");
-    BASE64.encode(bytes)
-}
-
-fn decoded(text: &str) -> Result<Histogram<u64>, LatencyError> {
-    let bytes = BASE64.decode(text).map_err(LatencyError::Base64)?;
-    let plain = inflated(&bytes).ok_or(LatencyError::Length)?;
-    let mut histogram: Histogram<u64> =
-        Deserializer::new().deserialize(&mut plain.as_slice()).map_err(LatencyError::Histogram)?;
-    // Let it grow, as those do that were recorded here: two results may be merged.
-    histogram.auto(true);
-    let is_ours = histogram.sigfig() == DIGITS && histogram.low() == 1;
-    is_ours.then_some(histogram).ok_or(LatencyError::Resolution)
-}
-
-/// Inflates an encoding; `None` if it does not have the length that it claims.
-///
-/// The deserializer allocates whatever length an encoding claims, up to 4 GiB, so a damaged one must not reach it.
-fn inflated(bytes: &[u8]) -> Option<Vec<u8>> {
-    let (_cookie_and_length, deflated) = bytes.split_at_checked(8)?;
-    let mut plain = Vec::new();
-    ZlibDecoder::new(deflated).take(MAX_ENCODING_BYTES).read_to_end(&mut plain).ok()?;
-    let (header, counts) = plain.split_at_checked(HEADER_BYTES)?;
-    let claimed: [u8; 4] = header.get(4..8)?.try_into().ok()?;
-    (u32::from_be_bytes(claimed) as usize == counts.len()).then_some(plain)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::hdr::{decoded, encoded};
+    use base64::{Engine, engine::general_purpose::STANDARD as BASE64};
     use flate2::{Compression, write::ZlibEncoder};
-    use hdrhistogram::serialization::V2Serializer;
+    use hdrhistogram::serialization::{Serializer as _, V2Serializer};
     use proptest::{collection::vec, prelude::*};
     use std::io::Write;
 

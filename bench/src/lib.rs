@@ -2,10 +2,10 @@
 //!
 //! [`args`] says what to measure, as [`case`]s; [`order`] shuffles them; [`runner`] measures each in a process of its own
 //! ([`case_args`]): the swarm itself, or a [`transport`] in its place. [`measure`] keeps the timestamps of every tick and
-//! writes them as a [`trace`]; [`usage`] reads what processes used. [`hops`] computes latencies from a trace, [`latencies`]
-//! and [`statistics`] describe them, and [`result`] holds everything. A result is shown as a [`table`], a [`page`] with
+//! writes them as a [`trace`] to a [`trace_file`], with the [`usage`] of all processes from [`proc_files`]. [`hops`] computes latencies from a trace, [`latencies`]
+//! ([`hdr`] in files) and [`statistics`] describe them, and [`result`] holds everything. A result is shown as a [`table`], a [`page`] with
 //! [`charts`], [`histogram_files`], or beside another one ([`compare`]); all figures come from [`quantity`], all names from
-//! [`label`]. [`doctor`] looks at the machine, and [`scratch`] is the temporary folder.
+//! [`label`]. [`doctor`] looks at the [`machine`], and [`scratch`] is the temporary folder.
 //!
 //! Must never filter a sample, and must never change what flies.
 
@@ -18,13 +18,16 @@ mod doctor;
 mod error;
 #[cfg(test)]
 mod example;
+mod hdr;
 mod histogram_files;
 mod hops;
 mod label;
 mod latencies;
+mod machine;
 mod measure;
 mod order;
 mod page;
+mod proc_files;
 mod quantity;
 mod report;
 mod result;
@@ -33,6 +36,7 @@ mod scratch;
 mod statistics;
 mod table;
 mod trace;
+mod trace_file;
 mod transport;
 mod usage;
 

@@ -5,8 +5,9 @@
 //! Must never choose what to keep: late answers, long ticks and ticks that never began all count.
 
 use crate::{
+    proc_files::{pss_bytes, usage_of},
     trace::{StepRecord, TickRecord, Trace, TraceHead},
-    usage::{ProcessUsage, pss_bytes},
+    usage::ProcessUsage,
 };
 use ringwing_bus::{BusError, Gate, PacedTick, Proceed, Stamps, TickProbe, monotonic_ns};
 use ringwing_flight::{Part, Tick, UavId, payload::MAX_UAVS};
@@ -91,7 +92,7 @@ impl Measure {
 
     fn begin(&mut self, gate: &Gate) {
         self.reserve(agents(gate).count());
-        self.usage_before = ProcessUsage::of_all(processes(gate));
+        self.usage_before = processes(gate).map(usage_of).sum::<ProcessUsage>();
         // Reserving and reading usage took time that belongs to no tick.
         let now_ns = monotonic_ns();
         (self.head.began_ns, self.due) = (now_ns, None);
@@ -120,7 +121,7 @@ impl Measure {
     fn end(&mut self, gate: &Gate, now_ns: u64) {
         self.phase = Phase::Done;
         self.head.ended_ns = now_ns;
-        self.head.used = ProcessUsage::of_all(processes(gate)) - self.usage_before;
+        self.head.used = processes(gate).map(usage_of).sum::<ProcessUsage>() - self.usage_before;
         self.head.agent_pss_bytes = agents(gate).map(pss_bytes).max().unwrap_or_default();
     }
 

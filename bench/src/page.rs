@@ -2,7 +2,7 @@
 
 use crate::{
     charts::{self, Picture},
-    doctor,
+    machine,
     result::Results,
     table,
 };
@@ -20,7 +20,7 @@ pub(crate) fn render(results: &Results) -> String {
         pictures(results),
         section("All cases", &(cases + table::LEGEND)),
         section("Where the time goes", &table::budgets(results)),
-        section("The machine", &doctor::render(&results.machine)),
+        section("The machine", &machine::render(&results.machine)),
     ];
     html::page("bench", &body.concat())
 }

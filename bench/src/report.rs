@@ -7,7 +7,7 @@ use crate::{
     case::Carrier,
     compare, doctor,
     error::BenchError,
-    histogram_files, page,
+    histogram_files, machine, page,
     result::{FORMAT, Machine, RESULTS_FILE, Results},
     runner::Runner,
     table,
@@ -40,7 +40,7 @@ pub fn run(args: &BenchArgs) -> Result<Report, BenchError> {
         return compare::run(results).map(Report::complete);
     }
     if args.doctor {
-        return Ok(Report::complete(doctor::render(&doctor::inspect())));
+        return Ok(Report::complete(machine::render(&doctor::inspect())));
     }
     let axes = check(args)?;
     let results = measure(args, &axes)?;
@@ -71,7 +71,7 @@ fn create_folder(out: &Path) -> Result<(), BenchError> {
 
 fn measure(args: &BenchArgs, axes: &Axes) -> Result<Results, BenchError> {
     // Look at the machine before the benchmark itself makes it busy.
-    let machine = machine(axes);
+    let machine = inspect(axes);
     let began = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let logs = args.out.as_deref().filter(|_| args.mcap);
     let runner = Runner::new(axes, &args.placement, args.seed, logs)?;
@@ -88,7 +88,7 @@ fn measure(args: &BenchArgs, axes: &Axes) -> Result<Results, BenchError> {
     })
 }
 
-fn machine(axes: &Axes) -> Machine {
+fn inspect(axes: &Axes) -> Machine {
     let mut machine = doctor::inspect();
     // The agents and the world, or the peers and the hub.
     let most_processes = axes.cases().iter().map(|case| case.uavs + 1).max();

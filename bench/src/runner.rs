@@ -106,7 +106,7 @@ impl<'a> Runner<'a> {
         let path = folder.join("trace");
         // Owned here until the peers' traces are read, so that a killed hub leaves nothing in shared memory.
         let owner = (case.carrier != Carrier::Swarm).then(|| DomainOwner::create("")).transpose()?;
-        let mut command = self.command(&CaseArgs {
+        let mut command = command(&CaseArgs {
             case: case.clone(),
             seed: self.seed,
             domain: owner.as_ref().map(|(owner, _)| owner.domain().id().clone()),
@@ -128,15 +128,6 @@ impl<'a> Runner<'a> {
             return Err(BenchError::case("no tick began in the measured time"));
         }
         Ok(hops::repeat(case, &head, &trace))
-    }
-
-    fn command(&self, args: &CaseArgs) -> Command {
-        let mut command = Command::new("/proc/self/exe");
-        command.arg("bench-case").args(args.to_arguments());
-        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        // In a process group of its own: the terminal sends Ctrl-C to the benchmark alone, which ends the case in order.
-        command.process_group(0);
-        command
     }
 
     /// Waits until a case ends. A case that fails gives its reason on stderr.
@@ -199,6 +190,15 @@ impl<'a> Runner<'a> {
         }
         Ok(())
     }
+}
+
+fn command(args: &CaseArgs) -> Command {
+    let mut command = Command::new("/proc/self/exe");
+    command.arg("bench-case").args(args.to_arguments());
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    // In a process group of its own: the terminal sends Ctrl-C to the benchmark alone, which ends the case in order.
+    command.process_group(0);
+    command
 }
 
 /// Most lines that are quoted from the stderr of a failed case; a hub's peers all complain about the same problem.

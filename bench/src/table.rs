@@ -4,9 +4,9 @@
 
 use crate::{
     case::Load,
-    doctor,
     label::{self, grouped, us},
     latencies::{Latencies, PERCENTILES},
+    machine,
     quantity::{self, Budget},
     result::{Hop, Measured, Results},
 };
@@ -29,7 +29,7 @@ pub(crate) fn render(results: &Results) -> String {
     let parts: Vec<String> = std::iter::once(opening(results))
         .chain(headlines)
         .chain(results.cases.iter().map(block))
-        .chain([budgets(results), LEGEND.into(), "\n".into(), doctor::render(&results.machine)])
+        .chain([budgets(results), LEGEND.into(), "\n".into(), machine::render(&results.machine)])
         .collect();
     parts.concat()
 }

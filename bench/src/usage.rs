@@ -1,13 +1,11 @@
-//! What processes have used so far, as the kernel counts it.
+//! What processes use, as the kernel counts it: sums and differences.
 //!
-//! Must never fail: a process that is gone, or whose figures are unreadable, counts as having used nothing.
+//! Must never read anything: [`proc_files`](crate::proc_files) does.
 
 use serde::{Deserialize, Serialize};
 use std::{
-    fs,
     iter::Sum,
     ops::{Add, Sub},
-    path::{Path, PathBuf},
 };
 
 /// What processes used.
@@ -26,20 +24,6 @@ pub(crate) struct ProcessUsage {
 }
 
 impl ProcessUsage {
-    /// What `process` has used so far, in all its threads.
-    pub(crate) fn of(process: u32) -> Self {
-        let folder = Path::new("/proc").join(process.to_string());
-        let (user_ticks, system_ticks) = timer_ticks(&folder);
-        let threads = fs::read_dir(folder.join("task")).into_iter().flatten().flatten();
-        let of_threads: Self = threads.map(|thread| of_thread(&thread.path())).sum();
-        Self { user_ticks, system_ticks, ..of_threads }
-    }
-
-    /// What all `processes` together have used so far.
-    pub(crate) fn of_all(processes: impl Iterator<Item = u32>) -> Self {
-        processes.map(Self::of).sum()
-    }
-
     /// Seconds in user mode and in the kernel: the exact CPU time, split in the ratio of the timer ticks.
     pub(crate) fn user_and_system_s(&self) -> (f64, f64) {
         let (user, system) = (self.user_ticks as f64, self.system_ticks as f64);
@@ -84,72 +68,14 @@ impl Sum for ProcessUsage {
     }
 }
 
-/// The proportional set size of `process` in bytes: its private memory, and its share of memory that others map, too.
-pub(crate) fn pss_bytes(process: u32) -> u64 {
-    let path: PathBuf = ["/proc", &process.to_string(), "smaps_rollup"].iter().collect();
-    number_after(&fs::read_to_string(path).unwrap_or_default(), "Pss:") * 1024
-}
-
-fn of_thread(folder: &Path) -> ProcessUsage {
-    let run = fs::read_to_string(folder.join("schedstat")).unwrap_or_default();
-    let status = fs::read_to_string(folder.join("status")).unwrap_or_default();
-    ProcessUsage {
-        run_ns: run.split_whitespace().next().and_then(|number| number.parse().ok()).unwrap_or_default(),
-        voluntary_switches: number_after(&status, "voluntary_ctxt_switches:"),
-        involuntary_switches: number_after(&status, "nonvoluntary_ctxt_switches:"),
-        ..ProcessUsage::default()
-    }
-}
-
-/// The number after `key` in the line of `text` that begins with it; 0 if there is none.
-fn number_after(text: &str, key: &str) -> u64 {
-    let value = text.lines().find_map(|line| line.strip_prefix(key));
-    value.and_then(|value| value.split_whitespace().next()?.parse().ok()).unwrap_or_default()
-}
-
-/// Timer ticks in user mode and in the kernel: fields 14 and 15 of `stat`.
-fn timer_ticks(folder: &Path) -> (u64, u64) {
-    let text = fs::read_to_string(folder.join("stat")).unwrap_or_default();
-    // Field 2 is the program's name in parentheses, and may itself contain spaces and parentheses.
-    let fields = text.rsplit_once(')').map_or("", |(_, rest)| rest);
-    let mut ticks = fields.split_whitespace().skip(11).map(|field| field.parse().unwrap_or_default());
-    (ticks.next().unwrap_or_default(), ticks.next().unwrap_or_default())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::{
-        process::Command,
-        thread,
-        time::{Duration, Instant},
-    };
 
     #[test]
-    fn work_counts() {
-        // A process of its own: threads of this one end with other tests, and their figures with them.
-        let mut worker =
-            Command::new("sh").args(["-c", "while :; do sleep 0.001; done"]).spawn().expect("a shell starts");
-        let before = ProcessUsage::of(worker.id());
-        let (begin, mut used) = (Instant::now(), ProcessUsage::default());
-        while (used.run_ns == 0 || used.voluntary_switches == 0) && begin.elapsed().as_secs() < 30 {
-            thread::sleep(Duration::from_millis(5));
-            used = ProcessUsage::of(worker.id()) - before;
-        }
-        let pss_bytes = pss_bytes(worker.id());
-        worker.kill().unwrap();
-        worker.wait().unwrap();
-        assert!(used.run_ns > 0 && used.voluntary_switches > 0, "{used:?}");
-        assert!(pss_bytes > 4096, "{pss_bytes}");
-    }
-
-    #[test]
-    fn a_process_that_is_gone_counts_as_having_used_nothing() {
-        assert_eq!(ProcessUsage::of(u32::MAX), ProcessUsage::default());
-        assert_eq!(
-            ProcessUsage::default() - ProcessUsage { run_ns: 5, ..ProcessUsage::default() },
-            ProcessUsage::default()
-        );
+    fn the_figures_of_a_process_that_ended_do_not_become_negative() {
+        let before = ProcessUsage { run_ns: 5, ..ProcessUsage::default() };
+        assert_eq!(ProcessUsage::default() - before, ProcessUsage::default());
     }
 
     #[test]

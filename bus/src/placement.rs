@@ -34,7 +34,7 @@ pub struct PlacementError {
 
 impl Placement {
     /// Finds out whether the kernel permits the priority, by trying it on this thread for a moment.
-    pub fn check(&self) -> Result<(), PlacementError> {
+    pub fn check(self) -> Result<(), PlacementError> {
         let Some(priority) = self.priority else { return Ok(()) };
         let tried = set_fifo(priority).and_then(|()| set_normal());
         tried.map_err(|source| PlacementError { priority, source })
@@ -43,7 +43,7 @@ impl Placement {
     /// Calls `start` to start the process number `index`.
     ///
     /// A child inherits the scheduling of the thread that starts it, so this thread takes it on until `start` returns.
-    pub fn start<T>(&self, index: usize, start: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
+    pub fn start<T>(self, index: usize, start: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
         let before = sched_getaffinity(None)?;
         if self.pin {
             sched_setaffinity(None, &one_core(&before, index))?;

@@ -27,7 +27,7 @@ pub(crate) fn run(
     case: &Case,
     domain: &Domain,
     measure: &MeasureArgs,
-    placement: &Placement,
+    placement: Placement,
 ) -> Result<(), BenchError> {
     let no_file = || BenchError::case("a hub needs --measure-into");
     let folder = measure.measure_into.as_deref().and_then(Path::parent).ok_or_else(no_file)?;

@@ -38,7 +38,7 @@ impl Peers {
         case: &Case,
         domain: &Domain,
         folder: &Path,
-        placement: &Placement,
+        placement: Placement,
     ) -> Result<Self, BenchError> {
         let mut peers = Self {
             children: Vec::new(),
