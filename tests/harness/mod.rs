@@ -120,7 +120,7 @@ impl Running {
     /// The process that flies `part`, once it is ready.
     pub fn process(&self, part: Part) -> u32 {
         let gate = self.gate();
-        wait_until(&format!("{part} is ready"), || gate.attendant(part))
+        wait_until(&format!("{part} is ready"), || gate.ready_process(part))
     }
 
     /// Sends `signal` to `part`; returns the process that got it.
