@@ -1,4 +1,5 @@
 use super::{sample::test_state, *};
+use ringwing_flight::LinkSource;
 use ringwing_scenario::{Fault, FaultSchedule, fault::schedule::LinkFault};
 use std::convert::Infallible;
 

@@ -1,7 +1,7 @@
 use super::*;
 use crate::reception::{Take, sample::test_state};
 use ringwing_flight::{FlightMode, SensedObstacle, payload::MAX_SENSED_OBSTACLES};
-use ringwing_scenario::{Fault, Schedule};
+use ringwing_scenario::{Fault, FaultSchedule};
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
     convert::Infallible,
@@ -109,7 +109,7 @@ fn fly(agent: &mut UavAgent, queues: &mut Queues, [from, to]: [i64; 2], senders:
 
 fn link_faults(sentence: &str) -> Vec<LinkFault> {
     let faults: [Fault; 1] = [sentence.parse().unwrap()];
-    Schedule { faults: &faults, seed: 1, rate_hz: 100, uavs: 6 }.link_faults()
+    FaultSchedule { faults: &faults, seed: 1, rate_hz: 100, uavs: 6 }.link_faults()
 }
 
 #[test]
