@@ -194,13 +194,14 @@ impl Metrics {
     }
 
     fn measure(&self, frame: &Frame) -> Moment {
-        let (in_formation, ring) = (|| frame.all_commanded(), frame.ring.living());
+        let in_formation = || frame.all_commanded();
         let neighbour_error = |state: &TrueState| {
-            let next = ring.neighbours(state.uav)[1].filter(|next| frame.commanded(*next).is_some())?;
-            Some((state.next_distance_m? - ring.rest_m(state.uav, next)).abs())
+            let next = frame.ring.place(state.uav).next?;
+            frame.commanded(next.uav)?;
+            Some((state.next_distance_m? - next.rest_m).abs())
         };
         let radius_error =
-            |state: &TrueState| Some((state.leader_distance_m? - ring.slot(state.uav).radius_m).abs());
+            |state: &TrueState| Some((state.leader_distance_m? - frame.ring.place(state.uav).radius_m).abs());
         Moment {
             tick: frame.tick,
             commanded: in_formation().count() as u32,

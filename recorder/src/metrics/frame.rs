@@ -3,7 +3,10 @@
 //! Live, [`TickSamples`] collect the payloads of a tick and [`Frame::refill`] makes the frame of them; a log that is read
 //! again makes the same frame of its messages. Must never guess: what was not received is absent.
 
-use super::{links::LinkTotals, ring::FlownRing};
+use super::{
+    links::LinkTotals,
+    ring::{FlownRing, RingNeighbour},
+};
 use nalgebra::Point2;
 use ringwing_flight::{Account, FlightMode, LeaderState, LinkCounts, Sensed, UavId};
 use ringwing_scenario::Scenario;
@@ -294,11 +297,12 @@ impl UavFrame {
 fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<TrueState> {
     let airframe = samples.airframes[uav.index()]?;
     let distance = |place: Point2<f64>| (place - airframe.position).norm();
-    let neighbour =
-        |number: u32| samples.airframes[UavId(number).index()].map(|other| distance(other.position));
-    let [previous, next] = ring.living().neighbours(uav.0);
+    let neighbour_distance = |neighbour: RingNeighbour| {
+        samples.airframes[UavId(neighbour.uav).index()].map(|other| distance(other.position))
+    };
+    let place = ring.place(uav.0);
     let centre = samples.leader.map(|leader| Point2::from(leader.position_m));
-    let slot = centre.map(|centre| centre + ring.slot_offset(uav));
+    let slot = centre.map(|centre| centre + place.offset);
     Some(TrueState {
         uav: uav.0,
         x_m: airframe.position.x,
@@ -306,8 +310,8 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         heading_rad: airframe.heading_rad,
         speed_m_s: airframe.speed_m_s,
         turn_rate_rad_s: airframe.turn_rate_rad_s,
-        previous_distance_m: previous.and_then(neighbour),
-        next_distance_m: next.and_then(neighbour),
+        previous_distance_m: place.previous.and_then(neighbour_distance),
+        next_distance_m: place.next.and_then(neighbour_distance),
         leader_distance_m: centre.map(distance),
         slot_m: slot.map(Into::into),
         slot_error_m: slot.map(distance),

@@ -3,7 +3,7 @@
 //! Written apart from the agents' law on purpose: it judges what they flew, and a mistake in the law must not hide itself
 //! here. A pair of neighbours counts if both fly on command, half of it at each of the two.
 
-use super::{ControlTerms, Frame, TrueState};
+use super::{ControlTerms, Frame, TrueState, ring::RingNeighbour};
 use ringwing_scenario::{Law, Scenario};
 
 /// Share of V that rounding may add in one tick. A smaller share counts rounding as a rise; a larger one hides slow rises.
@@ -66,17 +66,17 @@ impl LyapunovWatch {
 
     /// V, or `None` if no UAV flies on command or a distance is unknown.
     fn candidate(&self, frame: &Frame) -> Option<f64> {
-        let (mut sum, ring) = (None, frame.ring.living());
-        for number in 1..=frame.uavs.len() as u32 {
-            let Some(state) = frame.commanded(number) else { continue };
-            let [previous, next] =
-                ring.neighbours(number).map(|other| other.filter(|other| frame.commanded(*other).is_some()));
-            let neighbours = [(previous, state.previous_distance_m), (next, state.next_distance_m)];
-            let stretch = |(other, distance_m): (Option<u32>, Option<f64>)| {
-                Some(self.stretch(distance_m?, ring.rest_m(number, other?)))
+        let mut sum = None;
+        for state in frame.all_commanded() {
+            let place = frame.ring.place(state.uav);
+            let stretch = |(neighbour, distance_m): (Option<RingNeighbour>, Option<f64>)| {
+                let neighbour = neighbour.filter(|one| frame.commanded(one.uav).is_some())?;
+                Some(self.stretch(distance_m?, neighbour.rest_m))
             };
+            let neighbours =
+                [(place.previous, state.previous_distance_m), (place.next, state.next_distance_m)];
             let pairs: f64 = neighbours.into_iter().filter_map(stretch).sum();
-            *sum.get_or_insert(0.0) += 0.25 * pairs + self.share_of(state, ring.slot(number).radius_m)?;
+            *sum.get_or_insert(0.0) += 0.25 * pairs + self.share_of(state, place.radius_m)?;
         }
         sum
     }

@@ -12,28 +12,48 @@ use ringwing_scenario::Scenario;
 pub struct FlownRing {
     living: LivingRing,
     closes: bool,
-    /// From the formation's centre to each slot, UAV 1's first. Kept, because a slot's trigonometry every tick is slow.
-    offsets: Vec<Vector2<f64>>,
+    /// The place of each UAV, UAV 1 first. Kept, because the trigonometry of slots and distances takes longer than all other
+    /// metrics, and the ring rarely changes.
+    places: Vec<RingPlace>,
+}
+
+/// The place of one UAV in the ring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RingPlace {
+    /// From the formation's centre to the slot.
+    pub(super) offset: Vector2<f64>,
+    /// Distance of the slot from the centre.
+    pub(super) radius_m: f64,
+    /// The previous neighbour, unless no other UAV is in the ring.
+    pub(super) previous: Option<RingNeighbour>,
+    /// The next neighbour.
+    pub(super) next: Option<RingNeighbour>,
+    /// Whether the UAV is in the ring. A UAV outside has the place where it would come in.
+    is_in: bool,
+}
+
+/// A ring neighbour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RingNeighbour {
+    /// Its number.
+    pub(super) uav: u32,
+    /// The distance between the two slots: L, unless the UAVs keep their slots after a loss.
+    pub(super) rest_m: f64,
 }
 
 impl FlownRing {
     /// The whole ring of `scenario`.
     pub fn new(scenario: &Scenario) -> Self {
         let living = scenario.whole_ring();
-        let offsets = offsets(&living, scenario.formation.uavs);
-        Self { living, closes: scenario.control.ring_closes, offsets }
+        let places = places(&living, scenario.formation.uavs);
+        Self { living, closes: scenario.control.ring_closes, places }
     }
 
     /// Makes it the ring of the UAVs whose numbers `is_commanded` holds for.
     pub(crate) fn follow(&mut self, is_commanded: impl Fn(u32) -> bool) {
         if self.living.reform(is_commanded) {
-            self.offsets = offsets(&self.living, self.uavs());
+            self.places = places(&self.living, self.uavs());
         }
-    }
-
-    /// The ring itself.
-    pub fn living(&self) -> &LivingRing {
-        &self.living
     }
 
     /// Whether the scenario closes the ring after a loss.
@@ -41,22 +61,34 @@ impl FlownRing {
         self.closes
     }
 
-    /// Whether the two UAVs are neighbours in this ring. One that is not in the ring has no neighbours.
+    /// Whether the two UAVs are neighbours in this ring. A UAV outside the ring has no neighbours.
     pub(super) fn are_neighbours(&self, uav: u32, other: u32) -> bool {
-        self.living.has(uav) && self.living.has(other) && self.living.neighbours(uav).contains(&Some(other))
+        let place = self.place(uav);
+        let is_other = |neighbour: Option<RingNeighbour>| neighbour.is_some_and(|one| one.uav == other);
+        place.is_in && self.place(other).is_in && (is_other(place.previous) || is_other(place.next))
     }
 
     /// The number of UAVs in the swarm, lost ones included.
     pub(crate) fn uavs(&self) -> u32 {
-        self.offsets.len() as u32
+        self.places.len() as u32
     }
 
-    /// From the formation's centre to the slot of `uav`.
-    pub(super) fn slot_offset(&self, uav: UavId) -> Vector2<f64> {
-        self.offsets[uav.index()]
+    /// The place of UAV `number`.
+    pub(super) fn place(&self, number: u32) -> &RingPlace {
+        &self.places[UavId(number).index()]
     }
 }
 
-fn offsets(living: &LivingRing, uavs: u32) -> Vec<Vector2<f64>> {
-    UavId::all(uavs).map(|uav| living.slot(uav.0).offset()).collect()
+fn places(living: &LivingRing, uavs: u32) -> Vec<RingPlace> {
+    UavId::all(uavs).map(|uav| RingPlace::of(uav.0, living)).collect()
+}
+
+impl RingPlace {
+    fn of(number: u32, living: &LivingRing) -> Self {
+        let slot = living.slot(number);
+        let neighbour = |uav| RingNeighbour { uav, rest_m: living.rest_m(number, uav) };
+        let [previous, next] = living.neighbours(number).map(|uav| uav.map(neighbour));
+        let (offset, radius_m) = (slot.offset(), slot.radius_m);
+        Self { offset, radius_m, previous, next, is_in: living.has(number) }
+    }
 }
