@@ -79,7 +79,7 @@ impl Everybody {
 
     fn answer(&mut self, command: Command) {
         self.command(command);
-        self.gate.answer();
+        self.gate.answer(Part::Agent(command.uav), command.tick);
     }
 
     /// Ends the tick in the airspace; the process does so once all have answered.
