@@ -1,7 +1,7 @@
 //! Reception: what an agent makes of the samples that its inputs hand over.
 //!
-//! [`Arrivals`] decides in which tick a sample can be used, [`ImpairedLink`] what the faults of its link do to it, and a
-//! [`LinkReceiver`] joins the two. [`Inputs`] is where the samples come from: ports, or plain arrays.
+//! [`Arrivals`] decides in which tick a sample can be used, [`ImpairedLink`] what the faults of its link do to it,
+//! and a [`LinkReceiver`] joins the two. [`Inputs`] is where the samples come from: ports, or plain arrays.
 //!
 //! Never knows how samples travel: no port, no service, no clock.
 
