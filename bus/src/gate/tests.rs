@@ -1,5 +1,6 @@
 use super::*;
 use crate::{Due, StopFlag, WaitStrategy, monotonic_ns};
+use ringwing_flight::UavId;
 use std::{sync::Arc, thread};
 
 fn shared_gate() -> (tempfile::TempDir, Arc<Gate>) {
