@@ -3,7 +3,7 @@
 //! A pure function of (seed, link, sending tick), so faults never influence each other.
 
 use super::{
-    impairment::Route,
+    route::Route,
     sample::{PoseError, Sample},
 };
 use ringwing_flight::{Tick, draw::Draws};

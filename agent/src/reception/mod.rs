@@ -8,10 +8,12 @@
 mod active_fault;
 pub mod arrivals;
 pub mod impairment;
+mod route;
 pub mod sample;
 
 pub use arrivals::Arrivals;
-pub use impairment::{ImpairedLink, Route};
+pub use impairment::ImpairedLink;
+pub use route::Route;
 pub use sample::Sample;
 
 use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
