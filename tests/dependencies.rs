@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::Command,
@@ -259,6 +259,63 @@ fn is_for_tests(attributes: &[Attribute]) -> bool {
         list.is_ok_and(|list| list.path.is_ident("cfg") && list.tokens.to_string() == "test")
     };
     attributes.iter().any(says_test)
+}
+
+#[test]
+fn no_two_files_of_a_crate_need_each_other() {
+    for room in &ROOMS {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(room.folder).join("src");
+        let modules: BTreeMap<String, PathBuf> = source_files(&source)
+            .into_iter()
+            .map(|file| (module_of(&source, &file).join("::"), file))
+            .collect();
+        let needs = |module: &String| -> BTreeSet<String> {
+            let paths = paths_in(&source, &modules[module]);
+            let named = paths.iter().filter_map(|path| module_named(path, &modules));
+            // A module and those inside it are one room: the outer one lists what the inner ones define.
+            named.filter(|other| !is_inside(module, other) && !is_inside(other, module)).collect()
+        };
+        let graph: BTreeMap<&String, BTreeSet<String>> =
+            modules.keys().map(|module| (module, needs(module))).collect();
+        for module in modules.keys() {
+            let circle = circle_from(module, &graph);
+            assert!(circle.is_none(), "{}: {}", room.folder, circle.unwrap_or_default().join(" -> "));
+        }
+    }
+}
+
+/// The module that `path` names something of: the longest part of the path that is a module.
+fn module_named(path: &str, modules: &BTreeMap<String, PathBuf>) -> Option<String> {
+    let mut name = path.strip_prefix("crate::")?;
+    loop {
+        if modules.contains_key(name) {
+            return Some(name.to_owned());
+        }
+        name = name.rsplit_once("::")?.0;
+    }
+}
+
+/// Whether the module `one` is `other` or inside it; the crate's root counts for nothing.
+fn is_inside(one: &str, other: &str) -> bool {
+    !other.is_empty() && is_within(one, other)
+}
+
+/// A way from `module` back to itself, if there is one.
+fn circle_from(module: &String, graph: &BTreeMap<&String, BTreeSet<String>>) -> Option<Vec<String>> {
+    let mut ways: Vec<Vec<String>> = vec![vec![module.clone()]];
+    let mut seen = BTreeSet::new();
+    while let Some(way) = ways.pop() {
+        for next in graph.get(way.last()?).into_iter().flatten() {
+            let longer = [way.as_slice(), &[next.clone()]].concat();
+            if next == module {
+                return Some(longer);
+            }
+            if seen.insert(next.clone()) {
+                ways.push(longer);
+            }
+        }
+    }
+    None
 }
 
 #[test]

@@ -1,11 +1,12 @@
 //! A process that answers ticks: it waits for each, does its work, and answers, until the run ends.
 
 use crate::{BusError, Gate, Member, StopFlag, Wait, Waker};
-use ringwing_flight::Tick;
+use ringwing_flight::{Part, Tick};
 
 /// The place of an agent or of the leader in the rhythm of ticks.
 #[derive(Debug)]
 pub struct Answerer {
+    part: Part,
     gate: Gate,
     waker: Waker,
     stop: StopFlag,
@@ -17,7 +18,7 @@ impl Answerer {
     pub fn join(member: &Member) -> Result<Self, BusError> {
         let waker = Waker::of_answerer(member)?;
         let gate = member.announce_ready()?;
-        Ok(Self { last: gate.missed(), gate, waker, stop: member.stop().clone() })
+        Ok(Self { part: member.part(), last: gate.missed(), gate, waker, stop: member.stop().clone() })
     }
 
     /// Waits for the next tick; `None` when the flight is over or the process is asked to stop.
@@ -35,7 +36,7 @@ impl Answerer {
 
     /// Answers `tick`: all that this process has for it must be published before.
     pub fn answer(&mut self, tick: Tick) -> Result<(), BusError> {
-        self.gate.answer();
+        self.gate.answer(self.part, tick);
         self.finish(tick)
     }
 

@@ -50,6 +50,11 @@ impl Member {
         Ok(Self { part, domain, scenario, node, stop })
     }
 
+    /// Which process of the run it is.
+    pub fn part(&self) -> Part {
+        self.part
+    }
+
     /// The run's place in shared memory.
     pub fn domain(&self) -> &Domain {
         &self.domain
@@ -79,7 +84,7 @@ impl Member {
             let problem = format!("process {other} already is the {} of this run", self.part);
             return Err(BusError::Domain { id: self.domain.id().to_string(), problem });
         }
-        gate.note_missed();
+        gate.note_missed(self.part);
         gate.set_ready_process(self.part, Some(std::process::id()));
         Ok(gate)
     }

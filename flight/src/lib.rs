@@ -22,7 +22,9 @@ pub mod payload;
 pub mod report;
 pub mod ring;
 
-pub use event::{AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, TimedEvent};
+pub use event::{
+    AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, Reporter, TimedEvent,
+};
 pub use formation::Formation;
 pub use id::{Part, Tick, UavId};
 pub use motion::{Pose, direction, wrap};

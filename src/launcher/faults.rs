@@ -11,7 +11,7 @@ use super::{
     supervisor::Supervisor,
 };
 use ringwing_bus::report;
-use ringwing_flight::{Event, Pace, Tick};
+use ringwing_flight::{Event, Pace, Part, ProcessAction, Tick};
 use ringwing_scenario::fault::schedule::ScheduledAction;
 
 /// The request for the list of faults instead of a fault.
@@ -27,7 +27,9 @@ impl Supervisor<'_> {
         // A batch at a time; leave while one does not show, and come back after the next notice.
         while let Some(events) = self.finish_batch() {
             events.into_iter().try_for_each(|event| self.log_event_at(now, event))?;
-            let batch = self.faults.take_batch(now);
+            let processes = &self.processes;
+            let is_refused = |part, action| processes.get(part).refusal(action).is_some();
+            let batch = self.faults.take_batch(now, is_refused);
             if batch.is_empty() {
                 return self.release(now);
             }
@@ -46,8 +48,18 @@ impl Supervisor<'_> {
     }
 
     fn finish_batch(&mut self) -> Option<Vec<Event>> {
-        let processes = &self.processes;
-        self.faults.finish_batch(|part| !processes.get(part).has_pending_action())
+        let (processes, gate, pace) = (&self.processes, &self.gate, self.plan.scenario.pace());
+        let has_settled = |part, action| {
+            let process = processes.get(part);
+            // A thawed process first answers the tick that was open while it was frozen. In lockstep, whatever is done
+            // next waits for that answer, so that chance has no part in it.
+            let has_caught_up = pace == Pace::RealTime
+                || part == Part::Recorder
+                || !process.is_running()
+                || gate.has_answered(part);
+            !process.has_pending_action() && (action != ProcessAction::Thaw || has_caught_up)
+        };
+        self.faults.finish_batch(has_settled)
     }
 
     fn apply(&mut self, scheduled: ScheduledAction, now: Tick) -> Result<(), LaunchError> {

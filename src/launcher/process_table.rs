@@ -64,15 +64,11 @@ impl ProcessTable {
     pub(super) fn roster(&self, revision: u64, free_before: Tick) -> Roster {
         let mut roster = Roster::empty();
         (roster.revision, roster.free_before) = (revision, free_before);
-        let leader = self.get(Part::Leader);
-        roster.set_leader(leader.is_running());
-        roster.set_leader_thawed(leader.was_thawed());
+        roster.set_leader(self.get(Part::Leader).is_running());
         roster.set_recorder(self.get(Part::Recorder).is_reading());
         roster.set_hold(self.processes.values().any(Lifecycle::holds_flight));
         for uav in UavId::all(self.uavs) {
-            let agent = self.get(Part::Agent(uav));
-            roster.set(uav, agent.is_running());
-            roster.set_thawed(uav, agent.was_thawed());
+            roster.set(uav, self.get(Part::Agent(uav)).is_running());
         }
         roster
     }
@@ -113,15 +109,13 @@ mod tests {
     #[test]
     fn the_roster_names_everybody_who_takes_part() {
         let roster = roster(&ready());
-        assert!(UavId::all(3).all(|uav| roster.has(uav) && !roster.is_thawed(uav)));
-        assert!(
-            roster.has_leader() && roster.has_recorder() && !roster.holds() && !roster.is_leader_thawed()
-        );
+        assert!(UavId::all(3).all(|uav| roster.has(uav)));
+        assert!(roster.has_leader() && roster.has_recorder() && !roster.holds());
         assert_eq!((roster.revision, roster.free_before), (5, Tick(70)));
     }
 
     #[test]
-    fn the_roster_leaves_out_the_frozen_and_marks_the_thawed() {
+    fn the_roster_leaves_out_the_frozen_and_takes_back_the_thawed() {
         let (mut table, uav) = (ready(), UavId(2));
         for part in [Part::Agent(uav), Part::Leader] {
             report(&mut table, part, Input::Asked(ProcessAction::Freeze));
@@ -135,7 +129,7 @@ mod tests {
             report(&mut table, part, Input::Continued);
         }
         let thawed = roster(&table);
-        assert!(thawed.has(uav) && thawed.is_thawed(uav) && thawed.is_leader_thawed());
+        assert!(thawed.has(uav) && thawed.has_leader());
         assert!(table.frozen().is_empty());
     }
 

@@ -28,7 +28,10 @@ impl Neighbours {
         let count = scenario.formation.uavs;
         let closes = scenario.control.ring_closes;
         let membership = closes.then(|| MembershipView::new(own, count, timeout_ticks));
-        let listened = vec![own.previous(count), own.next(count)];
+        let mut listened = vec![own.previous(count), own.next(count)];
+        // Benchmarks fly swarms of two, whose neighbours are the same UAV, and of one, which has no neighbour.
+        listened.dedup();
+        listened.retain(|uav| *uav != own);
         let mut neighbours = Self { tracks: Vec::new(), listened, membership };
         neighbours.update_tracks();
         neighbours

@@ -3,7 +3,7 @@
 //! A pure function of (seed, link, sending tick), so faults never influence each other.
 
 use super::{
-    impairment::Route,
+    route::Route,
     sample::{PoseError, Sample},
 };
 use ringwing_flight::{Tick, draw::Draws};
@@ -113,14 +113,13 @@ impl ActiveFault {
             LinkImpairment::Delay(delay) => fate.delay_s += delay_s(delay, draws, rank, self.fault.begin),
             LinkImpairment::Loss(p) => fate.is_lost |= draws.happens(Purpose::Loss, rank, *p),
             LinkImpairment::Gilbert { p, r, h, k } => {
-                let (p, r, pass_probability) = (*p, *r, [*k, *h]);
-                let is_bad = self.is_bad(draws, p, r);
-                let pass_probability = pass_probability[usize::from(is_bad)];
+                let (p, r, h, k) = (*p, *r, *h, *k);
+                let pass_probability = if self.is_bad(draws, p, r) { h } else { k };
                 fate.is_lost |= !draws.happens(Purpose::GilbertLoss, rank, pass_probability);
             }
             LinkImpairment::Blackout => fate.is_lost = true,
             LinkImpairment::Duplicate(p) => {
-                fate.copies += u32::from(draws.happens(Purpose::Duplicate, rank, *p))
+                fate.copies += u32::from(draws.happens(Purpose::Duplicate, rank, *p));
             }
             LinkImpairment::Reorder { p, by_s } => {
                 fate.delay_s += if draws.happens(Purpose::Reorder, rank, *p) { *by_s } else { 0.0 };

@@ -1,17 +1,19 @@
 //! Reception: what an agent makes of the samples that its inputs hand over.
 //!
-//! [`Arrivals`] decides in which tick a sample can be used, [`ImpairedLink`] what the faults of its link do to it, and a
-//! [`LinkReceiver`] joins the two. [`Inputs`] is where the samples come from: ports, or plain arrays.
+//! [`Arrivals`] decides in which tick a sample can be used, [`ImpairedLink`] what the faults of its link do to it,
+//! and a [`LinkReceiver`] joins the two. [`Inputs`] is where the samples come from: ports, or plain arrays.
 //!
 //! Never knows how samples travel: no port, no service, no clock.
 
 mod active_fault;
 pub mod arrivals;
 pub mod impairment;
+mod route;
 pub mod sample;
 
 pub use arrivals::Arrivals;
-pub use impairment::{ImpairedLink, Route};
+pub use impairment::ImpairedLink;
+pub use route::Route;
 pub use sample::Sample;
 
 use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};

@@ -49,6 +49,13 @@ pub struct PeerArgs {
     launcher: u32,
 }
 
+impl PeerArgs {
+    /// The agent whose place it takes.
+    fn part(&self) -> Part {
+        Part::Agent(UavId(self.member + 1))
+    }
+}
+
 /// The file into which peer `member` writes its timestamps.
 pub(super) fn trace_path(folder: &Path, member: u32) -> PathBuf {
     folder.join(format!("peer-{member}.trace"))
@@ -61,7 +68,7 @@ pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
     let domain = Domain::join(&args.domain)?;
     let mut to_hub = ToHub::open(args, &domain)?;
     let mut trace = Trace { ticks: Vec::new(), steps: Vec::with_capacity(RESERVED_TICKS) };
-    domain.gate()?.set_ready_process(Part::Agent(UavId(args.member + 1)), Some(std::process::id()));
+    domain.gate()?.set_ready_process(args.part(), Some(std::process::id()));
     while let Some((tick, woke_ns)) = to_hub.next_tick(&stop).map_err(BenchError::system("no tick"))? {
         let read_ns = monotonic_ns();
         let sent_ns = monotonic_ns();
@@ -74,7 +81,7 @@ pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
 
 /// The peer's end of the transport.
 enum ToHub {
-    Gate { gate: Gate, strategy: WaitStrategy, seen: Option<Tick> },
+    Gate { gate: Gate, part: Part, strategy: WaitStrategy, seen: Option<Tick> },
     Futex { words: SharedWords, seen: u32, peers: u32 },
     Turns { words: SharedWords, seen: u32 },
     Connection { connection: PeerConnection, ask: Vec<u8>, answer: Vec<u8> },
@@ -87,7 +94,7 @@ impl ToHub {
             Carrier::Gate | Carrier::Swarm => {
                 let is_closed = args.case.load == Load::Closed;
                 let strategy = if is_closed { WaitStrategy::yielding() } else { WaitStrategy::timed() };
-                Ok(Self::Gate { gate: domain.gate()?, strategy, seen: None })
+                Ok(Self::Gate { gate: domain.gate()?, part: args.part(), strategy, seen: None })
             }
             Carrier::Futex | Carrier::Atomic => Self::open_words(args, domain).map_err(failed),
             _ => Self::connect(args).map_err(failed),
@@ -122,7 +129,7 @@ impl ToHub {
     /// Waits for the next tick; returns it with the time at which it was seen, or `None` at the end of the run.
     fn next_tick(&mut self, stop: &StopFlag) -> io::Result<Option<(i64, u64)>> {
         let tick = match self {
-            Self::Gate { gate, strategy, seen } => match gate.wait(*seen, strategy, stop) {
+            Self::Gate { gate, strategy, seen, .. } => match gate.wait(*seen, strategy, stop) {
                 Wait::Tick(tick) => {
                     *seen = Some(tick);
                     Some(tick.0)
@@ -144,7 +151,7 @@ impl ToHub {
 
     fn answer(&mut self, tick: i64) -> io::Result<()> {
         match self {
-            Self::Gate { gate, .. } => gate.answer(),
+            Self::Gate { gate, part, .. } => gate.answer(*part, Tick(tick)),
             Self::Futex { words, peers, .. } => words.answer(*peers),
             Self::Turns { words, seen } => {
                 *seen += 1;

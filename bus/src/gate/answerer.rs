@@ -4,11 +4,11 @@ use super::{
     Gate,
     layout::{
         ANSWERS, CLOSED, DUE_AT_NS, DUE_LEAD_NS, EXPECTED, FAULTS, LED, ROUND, SLEEPERS, WORLD_SLEEPS,
-        round_of, tick_of,
+        answered, round_of, tick_of,
     },
 };
 use crate::{Due, StopFlag, WaitStrategy, futex, monotonic_ns};
-use ringwing_flight::Tick;
+use ringwing_flight::{Part, Tick};
 use std::sync::atomic::Ordering::SeqCst;
 
 /// Why a wait at the gate ended.
@@ -73,8 +73,9 @@ impl Gate {
         }
     }
 
-    /// Answers the open tick: all that this process has for it must be published before.
-    pub fn answer(&self) {
+    /// Answers `tick` as `part`: all that this process has for it must be published before.
+    pub fn answer(&self, part: Part, tick: Tick) {
+        self.page[answered(part)].store(tick.0, SeqCst);
         let answers = self.page[ANSWERS].fetch_add(1, SeqCst) + 1;
         // Only the last answer wakes the world, and only if it sleeps.
         if answers >= self.page[EXPECTED].load(SeqCst) && self.page[WORLD_SLEEPS].load(SeqCst) != 0 {
@@ -85,7 +86,7 @@ impl Gate {
     /// Answers `tick` as the leader, whose state of that tick every subscriber has got.
     pub fn answer_as_leader(&self, tick: Tick) {
         self.page[LED].store(round_of(tick), SeqCst);
-        self.answer();
+        self.answer(Part::Leader, tick);
     }
 
     /// The tick that was open and already answered by all when this process joined. It must not answer that one.
@@ -95,9 +96,12 @@ impl Gate {
 
     /// Notes the tick that this process missed. To be called before the process announces that it is ready: after that
     /// the world may go on.
-    pub(crate) fn note_missed(&mut self) {
+    pub(crate) fn note_missed(&mut self, part: Part) {
         // While the world holds the next tick, the one before is complete.
         self.missed = self.held().and_then(|_| self.tick());
+        // Also without a missed tick: a predecessor's answers must not count as this process's.
+        let answered_before = self.missed.map_or(i64::MIN, |tick| tick.0);
+        self.page[answered(part)].store(answered_before, SeqCst);
     }
 
     /// How many faults were added during the run. When this has grown, the launcher's list of them has changed.

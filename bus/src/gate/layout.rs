@@ -35,7 +35,7 @@ pub(super) const FAULTS: Word = Word(12);
 pub(super) const DUE_AT_NS: Number = Number(13);
 /// World: how long before that a waiting process should be awake, in ns; 0 in lockstep.
 pub(super) const DUE_LEAD_NS: Number = Number(14);
-/// The line of the first part's process id.
+/// The line of the first part: its process id, and how far it has answered.
 const FIRST_READY: usize = 15;
 
 /// How many lines the page has.
@@ -49,6 +49,11 @@ pub(super) const NOT_HELD: i64 = i64::MIN;
 /// `part` itself or, when it has ended, the launcher: the id of its process once that is ready, else 0.
 pub(super) fn ready(part: Part) -> Word {
     Word(FIRST_READY + part.index())
+}
+
+/// `part` itself, while it answers ticks: the last tick that it has answered, or that it has no part in.
+pub(super) fn answered(part: Part) -> Number {
+    Number(FIRST_READY + part.index())
 }
 
 /// The round of `tick`.

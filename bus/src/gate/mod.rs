@@ -81,6 +81,11 @@ impl Gate {
         self.page[layout::ready(part)].store(pid.unwrap_or(0), SeqCst);
     }
 
+    /// Whether the process that is ready as `part` has answered the open tick, or has no part in it.
+    pub fn has_answered(&self, part: Part) -> bool {
+        self.tick().is_none_or(|tick| self.page[layout::answered(part)].load(SeqCst) >= tick.0)
+    }
+
     /// Wakes the recorder to read what there is.
     pub fn call_recorder(&self) {
         self.page[BATCH].fetch_add(1, SeqCst);

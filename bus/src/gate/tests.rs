@@ -1,5 +1,6 @@
 use super::*;
 use crate::{Due, StopFlag, WaitStrategy, monotonic_ns};
+use ringwing_flight::UavId;
 use std::{sync::Arc, thread};
 
 fn shared_gate() -> (tempfile::TempDir, Arc<Gate>) {
@@ -20,15 +21,15 @@ fn a_closed_gate_stays_closed() {
 #[test]
 fn four_threads_step_through_a_thousand_ticks_together() {
     let (_folder, gate) = shared_gate();
-    let workers: Vec<_> = (0..4)
-        .map(|_| {
+    let workers: Vec<_> = UavId::all(4)
+        .map(|uav| {
             let gate = gate.clone();
             thread::spawn(move || {
                 let (mut strategy, stop, mut seen) =
                     (WaitStrategy::yielding(), StopFlag::default(), Vec::new());
                 while let Wait::Tick(tick) = gate.wait(seen.last().copied(), &mut strategy, &stop) {
                     seen.push(tick);
-                    gate.answer();
+                    gate.answer(Part::Agent(uav), tick);
                 }
                 seen
             })
@@ -80,13 +81,26 @@ fn a_newcomer_has_missed_the_open_tick_only_while_the_world_holds_the_next() {
     let (_folder, gate) = shared_gate();
     let mut gate = Arc::into_inner(gate).unwrap();
     gate.open_tick(Tick(4), 1);
-    gate.note_missed();
+    gate.note_missed(Part::Leader);
     assert_eq!(gate.missed(), None, "tick 4 still waits for answers");
     gate.hold_before(Tick(5));
-    gate.note_missed();
+    gate.note_missed(Part::Leader);
     assert_eq!((gate.held(), gate.missed()), (Some(Tick(5)), Some(Tick(4))));
+    assert!(gate.has_answered(Part::Leader), "it has no part in tick 4");
     gate.release();
     assert_eq!(gate.held(), None);
+}
+
+#[test]
+fn each_part_answers_on_its_own_and_a_successor_starts_afresh() {
+    let (_folder, gate) = shared_gate();
+    let mut gate = Arc::into_inner(gate).unwrap();
+    let [one, other] = [1, 2].map(|uav| Part::Agent(UavId(uav)));
+    gate.open_tick(Tick(4), 2);
+    gate.answer(one, Tick(4));
+    assert!(gate.has_answered(one) && !gate.has_answered(other));
+    gate.note_missed(one);
+    assert!(!gate.has_answered(one), "its predecessor answered tick 4, not it");
 }
 
 #[test]

@@ -271,6 +271,31 @@ impl Event {
         }
     }
 
+    /// Who reports it.
+    pub fn reporter(&self) -> Reporter {
+        match self {
+            Self::LinkFault { .. } | Self::SlowFault { .. } | Self::FaultHealed { .. } => Reporter::Schedule,
+            Self::Collision { .. }
+            | Self::Failsafe { .. }
+            | Self::ProcessSilent { .. }
+            | Self::ReplacementOverdue
+            | Self::RecorderSilent
+            | Self::ConnectionsFailed { .. }
+            | Self::FaultOverdue => Reporter::World,
+            Self::ProcessLost { .. }
+            | Self::ProcessReady { .. }
+            | Self::ProcessFrozen { .. }
+            | Self::ProcessThawed { .. }
+            | Self::StartOverdue { .. }
+            | Self::ThawOverdue { .. }
+            | Self::RunInterrupted
+            | Self::ProcessFault { .. }
+            | Self::FaultRefused { .. }
+            | Self::FaultRequested { .. } => Reporter::Launcher,
+            Self::RecorderGap { .. } => Reporter::Recorder,
+        }
+    }
+
     /// Whether scheduling or somebody outside the run decided that it happened, or when: then flying the same scenario
     /// again does not give the same payloads.
     ///
@@ -341,6 +366,20 @@ impl ProcessAction {
             Self::Start => "fault.start",
         }
     }
+}
+
+/// Who reports an event. Events of one tick are ordered by their reporters, and not by when each report arrived, which
+/// depends on scheduling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reporter {
+    /// Whoever reads the schedule of faults: known before the flight.
+    Schedule,
+    /// The world, on the way to the tick.
+    World,
+    /// The launcher, before the tick opens.
+    Launcher,
+    /// The recorder, when it records the tick.
+    Recorder,
 }
 
 /// An event with its moment in simulated time.

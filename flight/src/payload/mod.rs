@@ -52,7 +52,7 @@ payloads! {
     Account: "Account.v1", 168;
     TickTiming: "TickTiming.v1", 72;
     LinkCounts: "LinkCounts.v1", 64;
-    Roster: "Roster.v3", 288;
+    Roster: "Roster.v3", 152;
     FormationError: "FormationError.v2", 24;
     EventMessage: "EventMessage.v1", 1024;
 }

@@ -16,7 +16,6 @@ const UNBOUNDED: Tick = Tick(i64::MAX);
 const LEADER: u64 = 1;
 const RECORDER: u64 = 2;
 const HOLD: u64 = 4;
-const LEADER_THAWED: u64 = 8;
 
 /// Which processes the world may wait for. The launcher sends it whenever it changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
@@ -27,12 +26,8 @@ pub struct Roster {
     /// In lockstep the world must not open this tick or a later one: the launcher has to apply a fault first.
     pub free_before: Tick,
     flags: u64,
-    /// Zero; keeps the layout of `Roster.v3`.
-    reserved: u64,
     /// The agents that run: one bit each, UAV 1 in the lowest bit of the first word.
     agents: [u64; WORDS],
-    /// The agents that were thawed, likewise.
-    thawed: [u64; WORDS],
 }
 
 impl Roster {
@@ -51,17 +46,6 @@ impl Roster {
         set_bits(&mut self.agents[uav.index() / 64], bit(uav), runs);
     }
 
-    /// Whether `uav`'s agent was thawed. It still answers the tick that was open when it was frozen, and the world
-    /// has to wait for that answer.
-    pub fn is_thawed(&self, uav: UavId) -> bool {
-        self.thawed[uav.index() / 64] & bit(uav) != 0
-    }
-
-    /// Notes whether `uav`'s agent was thawed.
-    pub fn set_thawed(&mut self, uav: UavId, thawed: bool) {
-        set_bits(&mut self.thawed[uav.index() / 64], bit(uav), thawed);
-    }
-
     /// Whether the leader runs.
     pub fn has_leader(&self) -> bool {
         self.flags & LEADER != 0
@@ -70,16 +54,6 @@ impl Roster {
     /// Notes whether the leader runs.
     pub fn set_leader(&mut self, runs: bool) {
         set_bits(&mut self.flags, LEADER, runs);
-    }
-
-    /// Whether the leader was thawed, with the same consequence.
-    pub fn is_leader_thawed(&self) -> bool {
-        self.flags & LEADER_THAWED != 0
-    }
-
-    /// Notes whether the leader was thawed.
-    pub fn set_leader_thawed(&mut self, thawed: bool) {
-        set_bits(&mut self.flags, LEADER_THAWED, thawed);
     }
 
     /// Whether the recorder runs.
@@ -131,9 +105,7 @@ mod tests {
     fn no_flag_changes_another() {
         let mut roster = Roster::empty();
         roster.set_recorder(true);
-        assert!(
-            roster.has_recorder() && !roster.has_leader() && !roster.holds() && !roster.is_leader_thawed()
-        );
+        assert!(roster.has_recorder() && !roster.has_leader() && !roster.holds());
         roster.set_hold(true);
         roster.set_recorder(false);
         assert!(!roster.has_recorder() && roster.holds());

@@ -133,12 +133,12 @@ impl Recording {
         log.write_frame(frame, timing, &events, &view)
     }
 
-    /// Takes the waiting events up to `tick`, in order of time.
+    /// Takes the waiting events up to `tick`, in order of time and reporters.
     fn take_events(&mut self, tick: i64) -> Vec<TimedEvent> {
         if self.waiting.is_empty() {
             return Vec::new();
         }
-        self.waiting.sort_by_key(|event| event.tick);
+        self.waiting.sort_by_key(|timed| (timed.tick, timed.event.reporter()));
         let due = self.waiting.partition_point(|event| event.tick.0 <= tick);
         self.waiting.drain(..due).collect()
     }

@@ -3,9 +3,9 @@
 //! Must never touch a process, a socket, a clock or the bus: the supervisor applies what this queue hands out.
 //!
 //! Actions that are due before the same tick are applied in the order of their faults, and those of one fault in the order
-//! of its targets. Neighbours in that order that do the same thing form a batch: all of a batch are applied at once, and
-//! the next batch waits until every one of them shows. So `kill uav 1` and `kill uav 2` cost one wait, while `freeze uav 1`
-//! after `kill uav 1` is judged by what the kill has left.
+//! of its targets, and each is judged by what the one before has left. To save time, neighbours in that order that do the
+//! same thing to different processes form a batch, which is applied at once; the next batch waits until every action
+//! shows. So `kill uav 1` and `kill uav 2` cost one wait, and a second `kill uav 1` is refused.
 //!
 //! In lockstep the world holds every tick before which something is due, so each action takes effect at exactly its
 //! tick. In real time it takes effect as soon as its tick has come.
@@ -13,12 +13,16 @@
 #[cfg(test)]
 mod tests;
 
-use ringwing_flight::{Event, Pace, Part, Roster, Tick, TimedEvent};
+use ringwing_flight::{Event, Pace, Part, ProcessAction, Roster, Tick, TimedEvent};
 use ringwing_scenario::{
     Action, Fault, Scenario,
     fault::{Delay, LinkImpairment, Links, schedule::ScheduledAction},
 };
-use std::{collections::VecDeque, mem, str::FromStr};
+use std::{
+    collections::{BTreeSet, VecDeque},
+    mem,
+    str::FromStr,
+};
 
 /// In real time, how long before it begins a link fault is made known, so that every agent has read it by then. With a
 /// shorter notice a busy agent learns of it too late; a longer one only delays what the user asked for.
@@ -135,24 +139,39 @@ impl<'a, R> FaultQueue<'a, R> {
 
     // --- applying ---
 
-    /// Ends the batch under way, if `has_settled` says of each of its processes that the action shows. Returns the
-    /// events to log, or `None` while some action does not show.
-    pub(super) fn finish_batch(&mut self, has_settled: impl Fn(Part) -> bool) -> Option<Vec<Event>> {
-        if !self.under_way.iter().all(|scheduled| has_settled(scheduled.part)) {
+    /// Ends the batch under way, if `has_settled` says of each of its actions that it shows. Returns the events to log,
+    /// or `None` while some action does not show.
+    pub(super) fn finish_batch(
+        &mut self,
+        has_settled: impl Fn(Part, ProcessAction) -> bool,
+    ) -> Option<Vec<Event>> {
+        if !self.under_way.iter().all(|scheduled| has_settled(scheduled.part, scheduled.action)) {
             return None;
         }
         Some(mem::take(&mut self.under_way).into_iter().map(applied).collect())
     }
 
-    /// Takes the next batch that is due at `now`: empty if nothing is. The one before must be finished.
-    pub(super) fn take_batch(&mut self, now: Tick) -> Vec<ScheduledAction> {
+    /// Takes the next batch that is due at `now`: empty if nothing is. The one before must be finished. An action that
+    /// `is_refused` comes alone, so that it is logged in its turn.
+    pub(super) fn take_batch(
+        &mut self,
+        now: Tick,
+        is_refused: impl Fn(Part, ProcessAction) -> bool,
+    ) -> Vec<ScheduledAction> {
         assert!(self.under_way.is_empty(), "the batch before is not finished: {:?}", self.under_way);
         let Some(first) = self.due.front() else { return Vec::new() };
+        if first.tick > now {
+            return Vec::new();
+        }
         let kind = mem::discriminant(&first.action);
-        let is_in_batch = |scheduled: &&ScheduledAction| {
-            scheduled.tick <= now && mem::discriminant(&scheduled.action) == kind
+        let mut parts = BTreeSet::new();
+        let joins = |scheduled: &&ScheduledAction| {
+            scheduled.tick <= now
+                && mem::discriminant(&scheduled.action) == kind
+                && !is_refused(scheduled.part, scheduled.action)
+                && parts.insert(scheduled.part)
         };
-        let count = self.due.iter().take_while(is_in_batch).count();
+        let count = self.due.iter().take_while(joins).count().max(1);
         self.due.drain(..count).collect()
     }
 

@@ -22,8 +22,8 @@ fn request(sentence: &str) -> LiveRequest<&'static str> {
 fn apply_all(queue: &mut FaultQueue<&str>, now: Tick) -> Vec<Vec<(Part, ProcessAction)>> {
     let mut batches = Vec::new();
     loop {
-        queue.finish_batch(|_| true).unwrap();
-        let batch = queue.take_batch(now);
+        queue.finish_batch(|_, _| true).unwrap();
+        let batch = queue.take_batch(now, |_, _| false);
         if batch.is_empty() {
             return batches;
         }
@@ -96,15 +96,36 @@ fn faults_of_one_tick_keep_their_order_and_those_of_a_kind_go_together() {
 fn a_batch_lasts_until_each_of_its_actions_shows() {
     let scenario = scenario(&["at 1 s kill uav 1, 2", "at 1 s freeze uav 3"], Pace::Lockstep);
     let mut queue: FaultQueue<&str> = FaultQueue::new(&scenario);
-    queue.finish_batch(|_| true).unwrap();
-    queue.take_batch(Tick(100)).into_iter().for_each(|one| queue.note_applied(one));
+    queue.finish_batch(|_, _| true).unwrap();
+    queue.take_batch(Tick(100), |_, _| false).into_iter().for_each(|one| queue.note_applied(one));
     assert!(queue.is_busy());
-    assert_eq!(queue.finish_batch(|part| part == agent(1)), None, "uav 2 still runs");
-    let events = queue.finish_batch(|_| true).unwrap();
+    assert_eq!(queue.finish_batch(|part, _| part == agent(1)), None, "uav 2 still runs");
+    let events = queue.finish_batch(|_, _| true).unwrap();
     let names: Vec<_> = events.iter().map(Event::name).collect();
     assert_eq!(names, ["fault.kill", "fault.kill"]);
     assert!(matches!(&events[0], Event::ProcessFault { part, .. } if *part == agent(1)));
-    assert_eq!(queue.take_batch(Tick(100))[0].action, ProcessAction::Freeze);
+    assert_eq!(queue.take_batch(Tick(100), |_, _| false)[0].action, ProcessAction::Freeze);
+}
+
+#[test]
+fn a_second_action_on_the_same_process_waits_for_the_first() {
+    let scenario = scenario(&["at 1 s kill uav 1, 2", "at 1 s kill uav 1"], Pace::Lockstep);
+    let mut queue: FaultQueue<&str> = FaultQueue::new(&scenario);
+    assert_eq!(
+        apply_all(&mut queue, Tick(100)),
+        [vec![(agent(1), KILL), (agent(2), KILL)], vec![(agent(1), KILL)]]
+    );
+}
+
+#[test]
+fn a_refused_action_comes_alone_in_its_turn() {
+    let scenario = scenario(&["at 1 s kill uav 1, 2, 3"], Pace::Lockstep);
+    let mut queue: FaultQueue<&str> = FaultQueue::new(&scenario);
+    let parts = |batch: Vec<ScheduledAction>| batch.iter().map(|one| one.part).collect::<Vec<_>>();
+    for expected in [1, 2, 3] {
+        let batch = queue.take_batch(Tick(100), |part, _| part == agent(2));
+        assert_eq!(parts(batch), [agent(expected)]);
+    }
 }
 
 #[test]
@@ -112,16 +133,16 @@ fn a_batch_lasts_until_each_of_its_actions_shows() {
 fn no_batch_begins_before_the_last_has_ended() {
     let scenario = scenario(&["at 1 s kill uav 1", "at 1 s freeze uav 2"], Pace::Lockstep);
     let mut queue: FaultQueue<&str> = FaultQueue::new(&scenario);
-    queue.take_batch(Tick(100)).into_iter().for_each(|one| queue.note_applied(one));
-    queue.take_batch(Tick(100));
+    queue.take_batch(Tick(100), |_, _| false).into_iter().for_each(|one| queue.note_applied(one));
+    queue.take_batch(Tick(100), |_, _| false);
 }
 
 #[test]
 fn what_is_due_later_waits() {
     let scenario = scenario(&["at 1 s kill uav 1", "at 1.01 s kill uav 2"], Pace::Lockstep);
     let mut queue: FaultQueue<&str> = FaultQueue::new(&scenario);
-    assert_eq!(queue.take_batch(Tick(99)), []);
-    assert_eq!(queue.take_batch(Tick(100)).len(), 1);
+    assert_eq!(queue.take_batch(Tick(99), |_, _| false), []);
+    assert_eq!(queue.take_batch(Tick(100), |_, _| false).len(), 1);
     queue.release(Tick(100));
     assert_eq!(queue.free_before(), Tick(101));
 }
@@ -166,16 +187,16 @@ fn a_request_holds_the_next_tick_and_is_answered_once_it_is_done() {
 fn what_is_refused_of_a_request_is_told_to_the_one_who_asked() {
     let scenario = scenario(&["at 1 s freeze uav 1"], Pace::Lockstep);
     let mut queue = FaultQueue::new(&scenario);
-    let scheduled = queue.take_batch(Tick(100)).remove(0);
+    let scheduled = queue.take_batch(Tick(100), |_, _| false).remove(0);
     assert!(matches!(
         queue.note_refused(scheduled, "is gone already"),
         Event::FaultRefused { part: Some(part), .. } if part == agent(1)
     ));
     accept(&mut queue, "kill uav 2, 3", Tick(100));
-    let mut batch = queue.take_batch(Tick(100));
+    let mut batch = queue.take_batch(Tick(100), |_, _| false);
     queue.note_applied(batch.remove(0));
     queue.note_refused(batch.remove(0), "is gone already");
-    queue.finish_batch(|_| true).unwrap();
+    queue.finish_batch(|_, _| true).unwrap();
     let answer = "refused: uav 3 is gone already (tick 100, 1.00 s: kill uav 2,3)";
     assert_eq!(queue.release(Tick(100)), [("the user", answer.into())]);
 }

@@ -76,8 +76,6 @@ pub(super) struct Lifecycle {
     requested: Option<Requested>,
     /// What a fault asked for and does not show yet.
     pending: Option<ProcessAction>,
-    /// A fault thawed this process.
-    was_thawed: bool,
     replacements: u32,
 }
 
@@ -120,16 +118,7 @@ impl Lifecycle {
     /// A process that has not been spawned yet, and will not be if the user starts it by hand.
     pub(super) fn new(part: Part, limits: SupervisionLimits, is_by_hand: bool) -> Self {
         let phase = if is_by_hand { Phase::Awaited } else { Phase::Absent };
-        Self {
-            part,
-            limits,
-            is_by_hand,
-            phase,
-            requested: None,
-            pending: None,
-            was_thawed: false,
-            replacements: 0,
-        }
+        Self { part, limits, is_by_hand, phase, requested: None, pending: None, replacements: 0 }
     }
 
     /// The process id, if the process exists.
@@ -150,11 +139,6 @@ impl Lifecycle {
     /// Whether it takes part in the flight now.
     pub(super) fn is_running(&self) -> bool {
         matches!(self.phase, Phase::Ready(live) if !live.is_frozen)
-    }
-
-    /// Whether a fault thawed it. Such a process answers the tick that was open before, and the world waits for that.
-    pub(super) fn was_thawed(&self) -> bool {
-        self.was_thawed
     }
 
     /// Whether the world may wait for this recorder to read.
@@ -303,7 +287,7 @@ impl Lifecycle {
     fn on_ended(&mut self, end: ProcessEnd, stage: RunStage) -> Vec<Effect> {
         assert!(self.live().is_some(), "{}: ended twice", self.part);
         let was_starting = self.is_starting();
-        (self.phase, self.pending, self.was_thawed) = (Phase::Absent, None, false);
+        (self.phase, self.pending) = (Phase::Absent, None);
         if self.requested == Some(Requested::Freeze) {
             self.requested = None;
         }
@@ -375,7 +359,6 @@ impl Lifecycle {
             ProcessAction::Freeze => Some(Requested::Freeze),
             ProcessAction::Thaw | ProcessAction::Start => None,
         };
-        self.was_thawed |= action == ProcessAction::Thaw;
         match action {
             ProcessAction::Kill { .. } => self.signal(ProcessSignal::Kill, now),
             ProcessAction::Stop => self.signal(ProcessSignal::Terminate, now),
@@ -425,7 +408,6 @@ impl Lifecycle {
     /// Panics on a state that no sequence of inputs may reach.
     fn assert_consistent(&self) {
         let live = self.live();
-        assert!(live.is_some() || !self.was_thawed, "a process that is gone was not thawed: {self:?}");
         assert!(
             !matches!(self.phase, Phase::Starting(live) if live.is_adopted),
             "a process started by hand is first seen when it is ready: {self:?}"

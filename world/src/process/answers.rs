@@ -97,15 +97,6 @@ impl Answers {
         agents.chain((self.expects_leader() && !self.leader_answered).then_some(Part::Leader))
     }
 
-    /// The thawed processes that have not answered the tick that was open while they were frozen.
-    pub(super) fn owing(&self) -> impl Iterator<Item = Part> {
-        let owes = |uav: &UavId| {
-            self.roster.has(*uav) && self.roster.is_thawed(*uav) && !self.agents[uav.index()].answered
-        };
-        let leader = self.roster.has_leader() && self.roster.is_leader_thawed() && !self.leader_answered;
-        self.uavs().filter(owes).map(Part::Agent).chain(leader.then_some(Part::Leader))
-    }
-
     /// Notes a command that arrived with `stamps` and was read at `read_ns`.
     ///
     /// The round trip ends when the agent sends, not when the world reads: in real time the world reads late on purpose.
@@ -244,19 +235,6 @@ mod tests {
         assert_eq!(missing(&answers), "uav 2, uav 3, leader");
         answers.begin(Tick(7), 100);
         assert_eq!(missing(&answers), "uav 1, uav 2, uav 3, leader");
-    }
-
-    #[test]
-    fn a_thawed_process_owes_the_tick_that_is_open() {
-        let mut answers = answers();
-        change_roster(&mut answers, |roster| {
-            roster.set_thawed(UavId(2), true);
-            roster.set_leader_thawed(true);
-        });
-        assert_eq!(answers.owing().collect::<Vec<_>>(), [Part::Agent(UavId(2)), Part::Leader]);
-        answers.note(&command(2, 5), &Stamps::default(), 200);
-        answers.note_leader(Some(Tick(5)));
-        assert_eq!(answers.owing().next(), None);
     }
 
     #[test]

@@ -7,12 +7,12 @@
 
 use super::{
     World,
-    wait::{RECHECK, RETRY, WaitEnd, wait_until},
+    wait::{RECHECK, WaitEnd, wait_until},
 };
 use ringwing_bus::{BusError, TickProbe};
 use ringwing_flight::{Event, Roster, Tick};
 use ringwing_scenario::Scenario;
-use std::{thread, time::Duration};
+use std::time::Duration;
 
 /// How far the recorder may lag behind in lockstep, in simulated seconds. A killed recorder loses what it has not
 /// fetched and what it has not written; together that must stay below a second. If this is smaller, the world waits for
@@ -91,19 +91,9 @@ impl<P: TickProbe> World<P> {
             self.log_event(Event::FaultOverdue)?;
         }
         self.ports.gate.release();
-        self.hold_for_thawed()
-    }
-
-    /// Holds until every thawed process has answered the tick that was open while it was frozen. Without this wait,
-    /// scheduling would decide whether the airframe still gets that command.
-    fn hold_for_thawed(&mut self) -> Result<(), BusError> {
-        let has_all = |world: &Self| world.answers.owing().next().is_none();
-        let look_again = |world: &mut Self| {
-            thread::sleep(RETRY);
-            world.collect()
-        };
-        let limit = self.holds.answer_timeout;
-        wait_until(self, limit, has_all, Self::is_stopped, look_again).map(drop)
+        // A process that was thawed has answered the tick that was open before the launcher let the world go on. Its
+        // late command must reach the airframe now: how soon the next look would be, scheduling decides.
+        self.collect()
     }
 
     /// Holds while a lost process is replaced.

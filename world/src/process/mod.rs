@@ -93,6 +93,10 @@ impl<P: TickProbe> World<P> {
             if let TickClock::Lockstep = self.clock {
                 self.hold_next_tick()?;
             }
+            // A world that is stopped while it holds opens no further tick: which commands it would get is chance.
+            if self.is_stopped() {
+                return Ok(());
+            }
             match self.probe.before_tick(&self.ports.gate) {
                 Proceed::Fly => {}
                 Proceed::RestartDeadlines => self.restart_deadlines(),
