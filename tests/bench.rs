@@ -23,7 +23,7 @@ fn repeats(case: &Value) -> &[Value] {
 }
 
 #[test]
-fn every_transport_is_measured_in_both_loads_with_every_sample_of_every_agent() {
+fn every_transport_is_measured_in_both_loads_without_losing_a_sample() {
     let bench = Benched::by(&format!("--uavs 2 --rate 200 --repeat 1 {SHORT}"));
     let mut seen = BTreeSet::new();
     for case in bench.cases() {
@@ -33,7 +33,7 @@ fn every_transport_is_measured_in_both_loads_with_every_sample_of_every_agent() 
         let [repeat] = repeats(case) else { panic!("{case:#}") };
         let (ticks, missed) = (number(repeat, "ticks"), number(repeat, "missed_deadlines"));
         assert!(ticks > 0, "{case:#}");
-        // Ticks that should have begun and did not count as well.
+        // Ticks that should have begun but did not count, too.
         assert_eq!(samples(repeat, "tick"), ticks + missed, "{what}");
         let answers = samples(repeat, "wake");
         if closed {
@@ -53,7 +53,7 @@ fn every_transport_is_measured_in_both_loads_with_every_sample_of_every_agent() 
 }
 
 #[test]
-fn the_swarm_is_measured_in_every_way_that_it_can_wait_with_ballast_and_recorded() {
+fn the_swarm_is_measured_with_every_wait_payload_and_recorder() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().join("results");
     let bench = Benched::by(&format!(
@@ -76,7 +76,7 @@ fn the_swarm_is_measured_in_every_way_that_it_can_wait_with_ballast_and_recorded
 }
 
 #[test]
-fn what_flies_does_not_depend_on_how_processes_wait_nor_on_ballast() {
+fn neither_waiting_nor_ballast_changes_what_flies() {
     let hash = |settings: &str| {
         let run = Swarm::fly("paper-4.1").with(&format!("--duration 2 --no-record {settings}")).finish();
         run.text("payload_hash").to_owned()
@@ -88,7 +88,7 @@ fn what_flies_does_not_depend_on_how_processes_wait_nor_on_ballast() {
 }
 
 #[test]
-fn each_round_measures_every_case_once_in_an_order_that_the_seed_decides() {
+fn each_round_measures_every_case_once_in_the_order_of_the_seed() {
     let places = |seed: u32| {
         let bench = Benched::by(&format!(
             "--uavs 1,2 --load closed --transport gate,futex --repeat 3 --seed {seed} --warm-up 0 --seconds 0.02"
@@ -127,7 +127,7 @@ fn a_stall_is_charged_to_every_tick_that_it_delayed() {
 }
 
 #[test]
-fn an_interrupt_tells_what_is_done_and_leaves_nothing() {
+fn an_interrupted_benchmark_reports_what_it_has_and_leaves_nothing() {
     let bench =
         Bench::start("--uavs 3 --load closed --transport pipe,udp --repeat 1000 --warm-up 0 --seconds 0.1");
     let mut cases = BTreeSet::new();
@@ -148,7 +148,7 @@ fn an_interrupt_tells_what_is_done_and_leaves_nothing() {
 }
 
 #[test]
-fn a_hub_that_is_killed_takes_its_peers_along_and_fails_its_case_alone() {
+fn a_killed_hub_ends_its_peers_and_fails_only_its_case() {
     let bench = Bench::start("--uavs 2 --load closed --transport tcp --repeat 1 --warm-up 0 --seconds 3");
     let (peer, _) = bench.wait_for(" bench-peer ");
     let (hub, line) = bench.wait_for("\"subject\":\"tcp\"");
@@ -167,7 +167,7 @@ fn a_hub_that_is_killed_takes_its_peers_along_and_fails_its_case_alone() {
 }
 
 #[test]
-fn pinned_processes_have_one_processor_each() {
+fn pinned_processes_run_on_one_core_each() {
     let bench =
         Bench::start("--pin --uavs 2 --load closed --transport gate --repeat 1 --warm-up 0 --seconds 0.5");
     for text in [" agent --uav 1 ", "--member 1 "] {
@@ -181,7 +181,7 @@ fn pinned_processes_have_one_processor_each() {
 }
 
 #[test]
-fn a_priority_is_given_or_refused_before_anything_starts() {
+fn a_priority_is_applied_or_refused_before_anything_starts() {
     let mut bench = Bench::start(
         "--priority 7 --uavs 2 --load closed --transport none --repeat 1 --warm-up 0 --seconds 0.5",
     );
@@ -203,7 +203,7 @@ fn a_priority_is_given_or_refused_before_anything_starts() {
 }
 
 #[test]
-fn a_quick_one_measures_six_uavs_once_unless_told_otherwise() {
+fn a_quick_benchmark_measures_six_uavs_once_by_default() {
     let bench = Benched::by("--quick --transport gate --load closed");
     assert!(bench.cases().iter().all(|case| case["case"]["uavs"] == 6 && repeats(case).len() == 1));
     let bench = Benched::by("--quick --transport none --load closed --uavs 1 --repeat 2 --seconds 0.05");
@@ -211,7 +211,7 @@ fn a_quick_one_measures_six_uavs_once_unless_told_otherwise() {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_before_anything_starts() {
+fn contradictions_are_refused_before_anything_starts() {
     let folder = tempfile::tempdir().unwrap();
     let full = folder.path().join("full");
     fs::create_dir(&full).unwrap();
@@ -251,7 +251,7 @@ fn the_doctor_measures_nothing() {
 }
 
 #[test]
-fn two_results_are_compared_and_what_is_none_is_refused() {
+fn two_results_are_compared_and_other_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
     for (out, payload) in [(&a, "0"), (&b, "0,64")] {

@@ -68,7 +68,7 @@ impl<'a> Runner<'a> {
         self.stop.is_set()
     }
 
-    /// Measures all cases, or as many as it can before an interrupt.
+    /// Measures all cases, or until the user interrupts.
     pub(crate) fn run(&self, quiet: bool) -> Vec<Measured> {
         let cases = self.axes.cases();
         let order = order(cases.len(), self.axes.repeats, self.seed);
