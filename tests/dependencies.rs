@@ -306,7 +306,7 @@ fn circle_from(module: &String, graph: &BTreeMap<&String, BTreeSet<String>>) -> 
     let mut seen = BTreeSet::new();
     while let Some(way) = ways.pop() {
         for next in graph.get(way.last()?).into_iter().flatten() {
-            let longer = [way.as_slice(), &[next.clone()]].concat();
+            let longer = [way.as_slice(), std::slice::from_ref(next)].concat();
             if next == module {
                 return Some(longer);
             }

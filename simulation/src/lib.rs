@@ -26,7 +26,6 @@
 
 mod inputs;
 mod measurement;
-mod processes;
 mod simulation;
 
 pub use measurement::{Flown, fly};

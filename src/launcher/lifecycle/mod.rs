@@ -8,7 +8,7 @@ mod effect;
 mod tests;
 
 pub(super) use effect::{Effect, ProcessSignal};
-use ringwing_flight::{AfterLoss, Event, Part, ProcessAction, ProcessEnd};
+use ringwing_flight::{AfterLoss, Event, Part, ProcessAction, ProcessEnd, ProcessState};
 use std::time::Duration;
 
 /// A recorder that takes over copies its predecessor's log before it is ready, which takes as long as the log is large:
@@ -174,19 +174,18 @@ impl Lifecycle {
 
     /// Why a fault cannot do `action` to this process now, if it cannot.
     pub(super) fn refusal(&self, action: ProcessAction) -> Option<&'static str> {
-        use ProcessAction::{Freeze, Start, Stop, Thaw};
+        use ProcessAction::{Freeze, Start, Thaw};
+        let state = match self.live() {
+            None => ProcessState::Gone,
+            Some(live) if live.is_frozen => ProcessState::Frozen,
+            Some(_) => ProcessState::Running,
+        };
         match (action, self.live()) {
-            (Start, Some(_)) => Some("is there already"),
-            (Start, None) => self.is_by_hand.then_some("is started by hand"),
-            (_, None) => Some("is gone already"),
+            (Start, None) if self.is_by_hand => Some("is started by hand"),
             (Freeze | Thaw, Some(live)) if live.is_adopted => {
                 Some("was started by hand, so the launcher cannot see it freeze")
             }
-            (Thaw, Some(live)) if !live.is_frozen => Some("is not frozen"),
-            (Freeze, Some(live)) if live.is_frozen => Some("is frozen already"),
-            // It would not see the signal before somebody thaws it.
-            (Stop, Some(live)) if live.is_frozen => Some("is frozen: thaw or kill it"),
-            _ => None,
+            _ => state.after(action).err(),
         }
     }
 
