@@ -1,4 +1,4 @@
-//! `ringwing bench`: what it measures, with which options, and how it ends.
+//! `ringwing bench`: what it measures, which options it takes, and how it ends.
 
 use crate::harness::{
     Swarm,
@@ -33,7 +33,7 @@ fn every_transport_is_measured_in_both_loads_without_losing_a_sample() {
         let [repeat] = repeats(case) else { panic!("{case:#}") };
         let (ticks, missed) = (number(repeat, "ticks"), number(repeat, "missed_deadlines"));
         assert!(ticks > 0, "{case:#}");
-        // Ticks that should have begun but did not count, too.
+        // A tick that should have begun but did not is a sample, too.
         assert_eq!(samples(repeat, "tick"), ticks + missed, "{what}");
         let answers = samples(repeat, "wake");
         if closed {
@@ -112,17 +112,20 @@ fn a_stall_is_charged_to_every_tick_that_it_delayed() {
         Bench::start("--uavs 3 --load paced --rate 100 --transport none --repeat 1 --warm-up 0 --seconds 3");
     let (world, line) = bench.wait_for(" world --domain ");
     let gate = Domain::join(&domain_in(&line)).unwrap().gate().unwrap();
-    wait_until("the flight goes on", || gate.tick().filter(|tick| *tick > Tick(10)));
+    wait_until("the flight is under way", || gate.tick().filter(|tick| *tick > Tick(10)));
     send(world, Signal::STOP);
     thread::sleep(Duration::from_millis(400));
     send(world, Signal::CONT);
     let bench = bench.finish();
     let repeat = &repeats(&bench.cases()[0])[0];
-    // At 100 Hz 40 ticks should have begun in 0.4 s. The first was delayed by 0.4 s, the next by 0.39 s, and so on.
+    // At 100 Hz, 40 ticks should begin in 0.4 s. The stall delays the first by 0.4 s, the next by 0.39 s, and so on.
     assert!(number(repeat, "missed_deadlines") >= 38, "{repeat}");
     for (delay_ms, delayed) in [(350, 4), (200, 19), (100, 29), (20, 37)] {
         let count = samples_above(repeat, "tick", delay_ms * 1_000_000);
-        assert!(count >= delayed, "{count} ticks took {delay_ms} ms or more, of at least {delayed}");
+        assert!(
+            count >= delayed,
+            "only {count} ticks took {delay_ms} ms or more, expected at least {delayed}"
+        );
     }
 }
 
@@ -132,7 +135,7 @@ fn an_interrupted_benchmark_reports_what_it_has_and_leaves_nothing() {
         Bench::start("--uavs 3 --load closed --transport pipe,udp --repeat 1000 --warm-up 0 --seconds 0.1");
     let mut cases = BTreeSet::new();
     let mut domains = BTreeSet::new();
-    wait_until("some cases are done, and one is going on", || {
+    wait_until("some cases are done and another is running", || {
         cases.extend(bench.cases());
         let lines = bench.processes().into_iter().map(|(_, line)| line);
         domains.extend(lines.filter(|line| line.contains("--domain ")).map(|line| domain_in(&line)));
@@ -171,7 +174,7 @@ fn pinned_processes_run_on_one_core_each() {
     let bench =
         Bench::start("--pin --uavs 2 --load closed --transport gate --repeat 1 --warm-up 0 --seconds 0.5");
     for text in [" agent --uav 1 ", "--member 1 "] {
-        let status = wait_until("its status shows", || {
+        let status = wait_until("its status is readable", || {
             fs::read_to_string(format!("/proc/{}/status", bench.wait_for(text).0)).ok()
         });
         let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap().trim();
@@ -185,7 +188,7 @@ fn a_priority_is_applied_or_refused_before_anything_starts() {
     let mut bench = Bench::start(
         "--priority 7 --uavs 2 --load closed --transport none --repeat 1 --warm-up 0 --seconds 0.5",
     );
-    let world = wait_until("the world runs, or nothing does", || {
+    let world = wait_until("the world runs or the benchmark has ended", || {
         let ended = bench.has_ended();
         let world = bench.processes().into_iter().find(|(_, line)| line.contains(" world "));
         (ended || world.is_some()).then_some(world)
@@ -197,7 +200,8 @@ fn a_priority_is_applied_or_refused_before_anything_starts() {
     };
     let stat = fs::read_to_string(format!("/proc/{world}/stat")).unwrap();
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
-    // Fields 40 and 41, counted from 1, of which two are before the bracket: the priority, and SCHED_FIFO.
+    // Fields 40 and 41 of the line, counted from 1, are the priority and the policy, where 1 is SCHED_FIFO. The first two
+    // fields end at the bracket.
     assert_eq!((fields[37], fields[38]), ("7", "1"));
     assert_eq!(bench.finish().cases().len(), 1);
 }
@@ -243,11 +247,11 @@ fn contradictions_are_refused_before_anything_starts() {
 fn the_doctor_measures_nothing() {
     let output = ringwing().args(["bench", "--doctor"]).output().unwrap();
     assert_eq!(output.status.code(), Some(0));
-    let said = String::from_utf8(output.stdout).unwrap();
+    let stdout = String::from_utf8(output.stdout).unwrap();
     for fact in ["processor", "cores usable", "kernel", "clock source", "load average"] {
-        assert!(said.lines().any(|line| line.trim_start().starts_with(fact)), "no {fact}:\n{said}");
+        assert!(stdout.lines().any(|line| line.trim_start().starts_with(fact)), "no {fact}:\n{stdout}");
     }
-    assert!(!said.contains("whole tick"), "{said}");
+    assert!(!stdout.contains("whole tick"), "{stdout}");
 }
 
 #[test]
@@ -273,7 +277,7 @@ fn two_results_are_compared_and_other_files_are_refused() {
     assert!(tick["a"]["median"].as_f64() > Some(0.0) && tick["b"]["median"].as_f64() > Some(0.0));
     let page = a.join("index.html");
     let refused = compare(&page, &b);
-    let said = String::from_utf8(refused.stderr).unwrap();
+    let stderr = String::from_utf8(refused.stderr).unwrap();
     assert_ne!(refused.status.code(), Some(0));
-    assert!(said.contains("index.html: not a result of"), "{said}");
+    assert!(stderr.contains("index.html: not a result of"), "{stderr}");
 }

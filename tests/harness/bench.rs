@@ -1,4 +1,4 @@
-//! Runs benchmarks for the tests, and finds their processes.
+//! Runs `ringwing bench` for the tests and finds its processes.
 
 use super::{leftovers, ringwing, send, wait_until};
 use base64::{Engine, prelude::BASE64_STANDARD};
@@ -51,7 +51,7 @@ impl Bench {
         found
     }
 
-    /// The processes that measure a case now.
+    /// The processes that are measuring a case.
     pub fn cases(&self) -> Vec<u32> {
         let is_case = |(_, parent, line): &(u32, u32, String)| {
             *parent == self.child.id() && line.contains(" bench-case ")
@@ -66,22 +66,22 @@ impl Bench {
         })
     }
 
-    /// Whether it has ended by itself.
+    /// Whether the benchmark has ended by itself.
     pub fn has_ended(&mut self) -> bool {
         self.child.try_wait().expect("it can be waited for").is_some()
     }
 
-    /// Asks it to end, as Ctrl-C does.
+    /// Asks the benchmark to end, as Ctrl-C does.
     pub fn interrupt(&self) {
         send(self.child.id(), Signal::TERM);
     }
 
-    /// Waits until it ends, and asserts that it leaves no file.
+    /// Waits until the benchmark ends, and asserts that it leaves no temporary file.
     pub fn finish(self) -> Benched {
         let Output { status, stdout, stderr } = self.child.wait_with_output().expect("it ends");
         let stderr = String::from_utf8(stderr).expect("text");
         let left = fs::read_dir(self.temporary.path()).expect("its temporary folder").count();
-        assert_eq!(left, 0, "files are left in its temporary folder; it said:\n{stderr}");
+        assert_eq!(left, 0, "files are left in its temporary folder; stderr:\n{stderr}");
         Benched { code: status.code(), results: serde_json::from_slice(&stdout).unwrap_or_default(), stderr }
     }
 }
@@ -125,7 +125,7 @@ pub fn assert_gone(domain: &DomainId) {
     assert!(!domain::all().contains(domain));
 }
 
-/// Every process: its id, its parent's, and its command line.
+/// All processes of the machine: id, id of the parent, command line.
 fn processes() -> Vec<(u32, u32, String)> {
     let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
     let read = |entry: fs::DirEntry| {
