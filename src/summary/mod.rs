@@ -1,6 +1,6 @@
 //! How a run went: the verdict, and everything that `summary.json` and the printed summary say.
 //!
-//! Never a 0 for a value that does not exist: it is null in the JSON and a dash in the text.
+//! Never reports 0 for a value that does not exist: the value is null in the JSON and a dash in the text.
 
 mod text;
 
@@ -18,11 +18,11 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Verdict {
-    /// Flew and met its requirements.
+    /// The run flew and met its requirements.
     Passed,
-    /// Flew, but violated a requirement.
+    /// The run flew, but violated a requirement.
     Violated,
-    /// Did not fly to its end, or something went wrong that no requirement covers.
+    /// The run did not fly to its end, or something went wrong that no requirement covers.
     Failed,
 }
 
