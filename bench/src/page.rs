@@ -44,7 +44,7 @@ fn section(title: &str, text: &str) -> String {
 fn pictures(results: &Results) -> String {
     match charts::all(results) {
         Ok(pictures) => pictures.iter().map(picture).collect(),
-        // The tables are worth having without the charts.
+        // The tables are useful without the charts.
         Err(error) => format!("<p>{}</p>\n", escaped(&error.to_string())),
     }
 }

@@ -137,7 +137,7 @@ impl<'a> Runner<'a> {
         let reader = thread::spawn(move || {
             let mut text = String::new();
             if let Some(stderr) = &mut stderr {
-                // Text that cannot be read is text that cannot be shown.
+                // If stderr cannot be read, only the reason is missing from the report.
                 let _ = stderr.read_to_string(&mut text);
             }
             text

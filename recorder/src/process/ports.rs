@@ -61,7 +61,7 @@ impl RecorderPorts {
         }
         for port in &self.events {
             port.drain(|message, _| {
-                // A message of another version has no event that this one knows.
+                // Skip a message of another version whose event this version does not know.
                 if let Some(event) = message.event() {
                     recording.log_event(event);
                 }
