@@ -1,4 +1,6 @@
 //! The HTML page of a benchmark: charts, tables and the machine, in one file that loads nothing.
+//!
+//! Must never compute a figure itself.
 
 use crate::{
     charts::{self, Picture},

@@ -1,6 +1,8 @@
 //! Keys of a scenario, written as in `--set`, and the units that their names end in.
 //!
 //! `airframe.speed_max_m_s` is a key of a section; in a list, an index follows: `obstacles.0.radius_m`.
+//!
+//! Never knows which keys a scenario has.
 
 /// The unit that a key's name ends in.
 #[derive(Debug, PartialEq, Eq)]

@@ -1,4 +1,6 @@
 //! The recorder's ends of the services.
+//!
+//! Must never decide which ticks are complete.
 
 use super::{assembly::Assembly, recording::Recording};
 use crate::{RecorderError, log::Opening};

@@ -1,7 +1,7 @@
 //! Which processes have answered the open tick, and which ones the world waits for.
 //!
-//! An agent has answered a tick when a command of that tick has arrived from it, be it a withheld one. The leader has
-//! answered when all its readers have been sent its state.
+//! An agent has answered a tick when a command of that tick has arrived from it, even a withheld one. The leader has
+//! answered when its state was sent to all its readers.
 //!
 //! Never decides anything about the flight: that is the airspace's part.
 
@@ -32,7 +32,7 @@ struct AgentAnswer {
 }
 
 impl Answers {
-    /// Before the first tick, with an empty roster.
+    /// The answers before the first tick, with an empty roster.
     pub(super) fn new(uavs: u32) -> Self {
         Self {
             tick: Tick::APPROACH,
@@ -114,7 +114,7 @@ impl Answers {
         longest(&mut self.timing.round_trip_ns, self.opened_ns, stamps.sent_ns);
     }
 
-    /// Notes the last tick of which the leader has sent its state to all its readers.
+    /// Notes the last tick whose leader state was sent to all readers.
     pub(super) fn note_leader(&mut self, tick: Option<Tick>) {
         if tick == Some(self.tick) {
             (self.leader_answered, self.leader_silent) = (true, false);

@@ -23,9 +23,9 @@ pub(super) struct Ports {
     stop: StopFlag,
     roster: Subscriber<Roster>,
     events: Publisher<EventMessage>,
-    /// Nudges taken note of so far.
+    /// How many nudges were noticed so far.
     nudges: u32,
-    /// Failed connections logged so far.
+    /// How many failed connections were logged so far.
     failed_connections: u64,
 }
 
@@ -93,7 +93,8 @@ impl Ports {
         self.waker.discard_events()
     }
 
-    /// Sleeps until somebody nudges the world, at most for `limit`. Returns at once if there is a nudge to take note of.
+    /// Sleeps until somebody nudges the world, at most for `limit`. Returns at once after a nudge that was not noticed
+    /// yet.
     pub(super) fn wait_for_nudge(&self, limit: Duration) {
         self.gate.wait_for_nudge(self.nudges, limit);
     }
