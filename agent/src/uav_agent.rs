@@ -119,7 +119,7 @@ impl UavAgent {
         }
     }
 
-    /// Opens and closes `inputs` for the states of other UAVs, so that they are those that the pilot now listens to.
+    /// Opens and closes `inputs`, so that exactly the UAVs that the pilot now listens to are open.
     ///
     /// An input that closes loses what is in flight to it. One that opens is a newcomer in the next tick.
     pub fn update_inputs<I: Inputs>(&mut self, inputs: &mut I) -> Result<(), I::Error> {

@@ -24,7 +24,7 @@ const HISTOGRAMS: &str = "histograms";
 pub struct Report {
     /// The text to print, or the JSON.
     pub text: String,
-    /// Whether everything was measured that was asked for.
+    /// Whether everything that was asked for was measured.
     pub is_complete: bool,
 }
 

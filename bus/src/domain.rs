@@ -133,7 +133,7 @@ impl Domain {
         if id.root().is_dir() {
             Ok(Self { id: id.clone() })
         } else {
-            Err(BusError::Domain { id: id.to_string(), problem: "no such run is going on".into() })
+            Err(BusError::Domain { id: id.to_string(), problem: "no run of this name is live".into() })
         }
     }
 
@@ -181,7 +181,7 @@ impl Domain {
         Gate::open(&self.gate_path())
     }
 
-    /// Writes `report` for other processes of the run. They see all of it, or none.
+    /// Writes `report` for other processes of the run. They see the whole report, or no report.
     pub fn write_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
         let path = self.root().join(format!("{name}.json"));
         let draft = path.with_extension("draft");

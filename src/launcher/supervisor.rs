@@ -168,7 +168,7 @@ impl<'a> Supervisor<'a> {
         Ok(())
     }
 
-    /// Waits until all processes have left by themselves; kills those that cannot or do not.
+    /// Waits until all processes have left by themselves; kills frozen ones at once and late ones after a time limit.
     fn wait_for_ends(&mut self) -> Result<(), LaunchError> {
         let since = Instant::now();
         let mut is_late = false;
@@ -212,7 +212,7 @@ impl<'a> Supervisor<'a> {
             Some(Notice::Process { pid, change }) => self.on_process_change(pid, change)?,
             Some(Notice::Interrupt) => self.on_interrupt()?,
             Some(Notice::Request(request)) => self.on_request(request)?,
-            // A hold only ends the wait: faults are applied after every one.
+            // A hold only ends the wait: the caller applies faults after every wait.
             Some(Notice::Held) | None => {}
         }
         self.note_ready_processes()?;

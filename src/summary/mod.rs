@@ -4,7 +4,10 @@
 
 mod text;
 
-use crate::{FAILED, VIOLATED, launcher::Outcome};
+use crate::{
+    FAILED, VIOLATED,
+    launcher::{LOG, Outcome},
+};
 use ringwing_flight::{Collider, Collision, Latency, WorldReport};
 use ringwing_recorder::{
     judge,
@@ -151,7 +154,7 @@ impl Summary {
             unanswered_ticks: count(|world| world.unanswered_ticks),
             late_max_us: world.map(|world| world.late_max_us),
             latency: world.and_then(|world| world.latency),
-            log: recorded.then(|| outcome.folder.join("run.mcap").display().to_string()),
+            log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
             log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
             command,
             ..flown

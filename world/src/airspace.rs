@@ -1,4 +1,4 @@
-//! What one tick does to the flight: who senses what, which commands the airframes take, and the account of it all.
+//! What one tick does to the flight: what each UAV senses, which commands the airframes take, and the report on it.
 //!
 //! The world's process and the simulation both drive a flight through [`Airspace`], so both run the same code and get
 //! the same payload hash. The rules of a flight in lockstep, for tick k:

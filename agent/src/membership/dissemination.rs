@@ -1,4 +1,4 @@
-//! Which rumours a UAV puts into its states: changes first, then everything else in turn.
+//! Which rumours a UAV puts into its states: changes first, then the standings of all others in turn.
 //!
 //! Never decides who is alive, only what to tell about it.
 

@@ -1,4 +1,4 @@
-//! The standing of a UAV: its incarnation and its status in one number, so that of two reports the higher is the newer.
+//! The standing of a UAV: its incarnation and its status in one number. Of two reports, the higher one is newer.
 //!
 //! Never knows when a report was made: the number alone decides.
 

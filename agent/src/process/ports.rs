@@ -26,7 +26,7 @@ pub(super) struct AgentPorts<'m> {
     account: Publisher<Account>,
     /// Opened for the first counts: most runs have no link faults.
     link_counts: Option<Publisher<LinkCounts>>,
-    /// Bytes that benchmarks carry beside the messages.
+    /// Bytes that benchmarks carry besides the messages.
     ballast: Option<Ballast>,
     uavs: u32,
     /// The last tick in which samples were received.
@@ -111,7 +111,7 @@ impl<'m> AgentPorts<'m> {
         Ok(())
     }
 
-    /// Opens and closes inputs, so that they are those that `agent` now listens to.
+    /// Opens and closes inputs, so that exactly the UAVs that `agent` now listens to are open.
     pub(super) fn update_inputs(&mut self, agent: &mut UavAgent) -> Result<(), BusError> {
         agent.update_inputs(&mut self.inputs)
     }

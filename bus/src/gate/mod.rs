@@ -86,7 +86,7 @@ impl Gate {
         self.tick().is_none_or(|tick| self.page[layout::answered(part)].load(SeqCst) >= tick.0)
     }
 
-    /// Wakes the recorder to read what there is.
+    /// Wakes the recorder, so that it reads everything sent so far.
     pub fn call_recorder(&self) {
         self.page[BATCH].fetch_add(1, SeqCst);
         futex::wake_all(&self.page[BATCH]);

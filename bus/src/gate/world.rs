@@ -62,7 +62,7 @@ impl Gate {
         self.page[ANSWERS].load(SeqCst) >= self.page[EXPECTED].load(SeqCst)
     }
 
-    /// How many times the world was nudged. When this has grown, there is news beside the answers.
+    /// How many times the world was nudged. When this has grown, there is news besides the answers.
     pub fn nudges(&self) -> u32 {
         self.page[NUDGES].load(SeqCst)
     }

@@ -38,7 +38,7 @@ pub struct Replayed {
 #[derive(Debug)]
 pub(crate) struct Replay {
     tick: Replayed,
-    /// A message of the tick has come.
+    /// Whether a message of the tick has come.
     begun: bool,
     ring: FlownRing,
 }

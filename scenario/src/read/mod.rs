@@ -221,7 +221,7 @@ impl<'s> ScenarioReader<'s> {
         }
     }
 
-    /// Reports a violation at the one of its keys that the user set last: in an override, else in the file.
+    /// Reports a violation at the key that the user set last among its keys: in an override, else in the file.
     fn report_violation(&mut self, violation: Violation, given: &DeValue<'_>) {
         let rank = |key: &str| {
             let found = lookup(given, key);

@@ -17,7 +17,7 @@ use violation::{CheckedQuantity, quantity};
 pub const UAVS_MIN: u32 = 3;
 /// The largest ring: a larger one does not fit the roster that the processes share.
 pub const UAVS_MAX: u32 = MAX_UAVS;
-/// The most bytes that may travel beside the messages of a tick. A larger payload would measure the bandwidth of memory
+/// The most bytes that may travel besides the messages of a tick. A larger payload would measure the bandwidth of memory
 /// instead of the transport.
 pub const PAYLOAD_MAX_BYTES: u32 = 65_536;
 /// Highest rate. A tick shorter than a millisecond leaves the processes of a swarm too little time to answer in real

@@ -132,7 +132,7 @@ impl<'a, R> FaultQueue<'a, R> {
         &self.faults[self.scenario.faults.len()..]
     }
 
-    /// Hands over what is to be logged by `now`.
+    /// Hands over the announcements that are due by `now`.
     pub(super) fn take_announcements(&mut self, now: Tick) -> Vec<Announcement> {
         let count = self.announcements.iter().take_while(|one| one.event.tick <= now).count();
         self.announcements.drain(..count).collect()
@@ -258,10 +258,10 @@ impl<'a, R> FaultQueue<'a, R> {
         }
         match &action {
             Action::Heal(links) if !self.is_healable(links, now) => Err("there is nothing to heal".into()),
-            Action::Link { impairment: LinkImpairment::Delay(Delay::File(_)), .. } => {
-                Err("the run reads no files: `ringwing fault` reads a file of delays and sends what is in it"
-                    .into())
-            }
+            Action::Link { impairment: LinkImpairment::Delay(Delay::File(_)), .. } => Err(
+                "a live run reads no files: `ringwing fault` reads the file of delays and sends its content"
+                    .into(),
+            ),
             _ => Ok(action),
         }
     }

@@ -144,13 +144,13 @@ impl Lifecycle {
 
     /// Whether the world may wait for this recorder to read.
     ///
-    /// A recorder that is frozen by accident keeps its buffers, so the world waits for it as for one that lags. If a
+    /// A recorder that is frozen by accident keeps its buffers, so the world waits for it as for a slow recorder. If a
     /// fault froze it, the flight goes on.
     pub(super) fn is_reading(&self) -> bool {
         matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen || self.requested.is_none())
     }
 
-    /// Whether time has to stand still in lockstep until this process is back.
+    /// Whether a lockstep flight has to pause until this process is back.
     pub(super) fn holds_flight(&self) -> bool {
         match self.part {
             Part::Leader => !self.is_running() && self.requested.is_none(),

@@ -28,7 +28,7 @@ struct AgentAnswer {
     /// The agent was given up and has not answered since.
     silent: bool,
     /// The agent was on the roster when the tick opened.
-    called: bool,
+    on_roster: bool,
 }
 
 impl Answers {
@@ -68,7 +68,7 @@ impl Answers {
         (self.tick, self.opened_ns, self.leader_answered) = (tick, opened_ns, false);
         self.timing = TickTiming { tick: tick.0, ..TickTiming::default() };
         for (uav, agent) in self.uavs().zip(&mut self.agents) {
-            (agent.answered, agent.called) = (false, self.roster.has(uav));
+            (agent.answered, agent.on_roster) = (false, self.roster.has(uav));
         }
     }
 
@@ -80,7 +80,7 @@ impl Answers {
 
     fn expects(&self, uav: UavId) -> bool {
         let agent = &self.agents[uav.index()];
-        agent.called && !agent.silent && self.roster.has(uav)
+        agent.on_roster && !agent.silent && self.roster.has(uav)
     }
 
     /// A leader that is being replaced is waited for too: the new one answers the tick that the old one left open.
@@ -133,7 +133,7 @@ impl Answers {
         missing
     }
 
-    /// How long the tick's answers took. Counts of commands are the airspace's to fill in.
+    /// How long the tick's answers took. The airspace fills in the counts of commands.
     pub(super) fn timing(&self) -> TickTiming {
         self.timing
     }

@@ -15,13 +15,14 @@ use ringwing_scenario::Scenario;
 use std::time::Duration;
 
 /// How far the recorder may lag behind in lockstep, in simulated seconds. A killed recorder loses what it has not
-/// fetched and what it has not written; together that must stay below a second. If this is smaller, the world waits for
-/// the recorder more often.
+/// fetched and what it has not written; together that must stay below a second, which a larger lag would exceed. With a
+/// smaller one, the world waits for the recorder more often.
 const RECORDER_LAG_S: f64 = 0.4;
 /// How many start timeouts a replacement, or a fault that starts a process, may take: the launcher first has to notice
 /// the loss. A larger factor lets a stuck launcher hold the flight longer; a smaller one gives up replacements that
 /// are still starting.
 const START_TIMEOUTS: u32 = 2;
+
 /// How long the world waits for other processes, and which ones it has given up.
 #[derive(Debug)]
 pub(super) struct Holds {
@@ -61,14 +62,14 @@ impl Holds {
             && self.recorder_stuck_at != Some(recorded)
     }
 
-    /// Takes note of the newest roster.
+    /// Waits for replacements again once the newest roster needs none.
     pub(super) fn on_roster(&mut self, roster: &Roster) {
         self.gave_up_replacement &= roster.holds();
     }
 }
 
 impl<P: TickProbe> World<P> {
-    /// Waits for the launcher to say who flies. Returns false if the run was stopped before.
+    /// Waits for the first roster. Returns false if the run was stopped before.
     pub(super) fn wait_for_roster(&mut self) -> Result<bool, BusError> {
         let end = self.wait_for_news(Duration::MAX, |world| world.answers.roster().revision > 0)?;
         self.restart_deadlines();

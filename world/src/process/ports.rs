@@ -69,19 +69,19 @@ impl Ports {
         self.stop.is_set()
     }
 
-    /// Opens the tick `now` for everybody, to be answered by `expected` processes, and wakes them.
+    /// Opens the tick `now`, which `expected` processes will answer, and wakes all that wait for it.
     pub(super) fn open_tick(&self, now: Tick, expected: u32) -> Result<(), BusError> {
         self.gate.open_tick(now, expected);
         self.waker.notify()
     }
 
-    /// Ends the flight for everybody.
+    /// Ends the flight for every process.
     pub(super) fn close(&self) -> Result<(), BusError> {
         self.gate.close();
         self.waker.notify()
     }
 
-    /// Waits until as many answers are in as the open tick expects, at most for `limit`, or until a nudge.
+    /// Waits until all expected answers to the open tick have come, at most for `limit`, or until a nudge.
     pub(super) fn wait_for_answers(&mut self, limit: Duration) -> Result<(), BusError> {
         self.waker.wait_for_answers(&self.gate, limit)
     }

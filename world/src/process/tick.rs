@@ -21,7 +21,7 @@ impl<P: TickProbe> World<P> {
         self.end_tick()
     }
 
-    /// Sends every UAV what it senses, then opens the tick for everybody.
+    /// Sends every UAV what it senses, then opens the tick.
     fn open_tick(&mut self) -> Result<(), BusError> {
         let opened_ns = monotonic_ns();
         let now = self.airspace.now();
