@@ -1,7 +1,7 @@
 //! The command `ringwing`: parses the command line and starts what it asks for.
 //!
-//! A swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation. Each verb has a module of
-//! its own; never any logic of one here.
+//! A swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation. Each verb has its own
+//! module; this one must never contain a verb's logic.
 
 mod bench;
 mod clean;

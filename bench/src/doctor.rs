@@ -14,9 +14,11 @@ pub(crate) const MOMENTARY: [&str; 3] = ["memory available", "load average", "bu
 /// Time for which the cores are watched to find out whether they are busy. Timer ticks are 4 to 10 ms apart, so a shorter
 /// time counts too few of them.
 const WATCH: Duration = Duration::from_millis(250);
-/// Share of the CPU time that other programs may take without a warning. Lower warns about any desktop.
+/// Share of the CPU time that other programs may take without a warning. A lower limit warns on any desktop; a higher
+/// one misses programs that slow ticks down.
 const MAX_BUSY: f64 = 0.05;
-/// Share of the CPU time that the host of a virtual machine may take without a warning.
+/// Share of the CPU time that the host of a virtual machine may take without a warning. A lower limit warns on most
+/// virtual machines; a higher one misses a crowded host.
 const MAX_STOLEN: f64 = 0.01;
 /// Clock sources that can be read without a system call.
 const FAST_CLOCKS: [&str; 5] =

@@ -74,7 +74,7 @@ fn tick_delays(case: &Case, ended_ns: u64, trace: &Trace) -> Vec<TickDelay> {
     delays
 }
 
-/// When the ticks should have begun that `tick` stands for: itself, and those that were skipped before it began.
+/// When each tick that `tick` stands for should have begun: the tick itself, and those that were skipped before it.
 fn intended_times(tick: &TickRecord, period_ns: u64) -> impl DoubleEndedIterator<Item = u64> + use<> {
     let first_ns = tick.intended_ns;
     (0..=u64::from(tick.skipped)).map(move |number| first_ns + number * period_ns)

@@ -49,7 +49,7 @@ const UNPREDICTED_TICKS: usize = 10_000;
 /// Most answers that memory is reserved for, 56 bytes each: 0.9 GB. Beyond that, the trace grows while measuring.
 const MAX_RESERVED_STEPS: usize = 16 << 20;
 
-/// A measurement that goes on.
+/// A measurement in progress.
 #[derive(Debug)]
 pub struct Measure {
     path: PathBuf,
@@ -163,7 +163,7 @@ impl TickProbe for Measure {
 
     fn tick_opened(&mut self, tick: Tick, opened_ns: u64) {
         if self.is_measuring() {
-            // Without deadlines, a tick should begin when it does.
+            // Without deadlines, a tick is due when it begins.
             let due = self.due.unwrap_or(PacedTick { due_ns: opened_ns, skipped: 0 });
             self.trace.ticks.push(TickRecord {
                 tick: tick.0,
@@ -187,7 +187,7 @@ impl TickProbe for Measure {
         if self.is_measuring() {
             let Stamps { woke_ns, read_ns, sent_ns, sending_ns } = *stamps;
             let seen_ns = monotonic_ns();
-            // The number comes from another process: 0 is not a UAV, but must not panic here.
+            // The number comes from another process, so a wrong 0 must not panic here.
             let member = uav.0.saturating_sub(1);
             let step = StepRecord {
                 tick: tick.0,

@@ -77,7 +77,7 @@ impl Ballast {
         let failed = |error| BusError::ipc("ballast cannot be read", error);
         let mut read = 0;
         while let Some(sample) = self.receiver.receive().map_err(failed)? {
-            // The sum has no use but to keep the compiler from skipping the read.
+            // The sum only keeps the compiler from skipping the read.
             black_box(sample.payload().iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte)));
             read += sample.payload().len();
         }

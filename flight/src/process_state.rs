@@ -25,7 +25,7 @@ impl ProcessState {
             (_, Self::Gone) => Err("is gone already"),
             (Thaw, Self::Running) => Err("is not frozen"),
             (Freeze, Self::Frozen) => Err("is frozen already"),
-            // It would not see the signal before it is thawed.
+            // A frozen process does not handle the signal until it is thawed.
             (Stop, Self::Frozen) => Err("is frozen: thaw or kill it"),
             (Freeze, Self::Running) => Ok(Self::Frozen),
             (Kill { .. } | Stop, _) => Ok(Self::Gone),

@@ -1,4 +1,6 @@
 //! The process that flies the virtual leader.
+//!
+//! Never decides where the leader is: the [path](crate::path) does.
 
 use crate::Path;
 use ringwing_bus::{Answerer, BusError, Member, MemberArgs, Publisher, Stamps, monotonic_ns, services};

@@ -1,7 +1,7 @@
 //! The recorder's process: fetches samples in batches, and tells the world how far it has come.
 //!
-//! Must never send anything that flies. It sends one message, how far the swarm is from its formation, to whatever shows
-//! progress.
+//! Must never send anything that changes the flight. Its only message says how far the swarm is from its formation,
+//! for the progress line.
 
 mod assembly;
 mod ports;

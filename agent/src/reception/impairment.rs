@@ -56,7 +56,7 @@ impl<T: Sample> ImpairedLink<T> {
         }
     }
 
-    /// Replaces the link's faults by those of `faults` that concern it. Samples in flight stay there.
+    /// Replaces the link's faults by those of `faults` that concern it. Samples in flight stay in flight.
     pub fn set_faults(&mut self, faults: &[LinkFault]) {
         self.faults = ActiveFault::of_route(faults, &self.route);
     }

@@ -1,4 +1,6 @@
 //! Names a link: its two ends, and how long it takes without faults.
+//!
+//! Never knows the faults of the link.
 
 use ringwing_flight::{LinkSource, UavId};
 

@@ -21,7 +21,8 @@ use std::{
 
 /// How long a peer may take to start, to answer, and to end. Shorter fails cases on an overloaded machine.
 pub(super) const PEER_TIMEOUT: Duration = Duration::from_secs(10);
-/// Pause between two looks at a peer that starts or ends; no tick goes on meanwhile.
+/// Pause between two looks at a peer that starts or ends. Longer delays the start of a case; shorter takes CPU from
+/// the peers. No tick is measured meanwhile.
 const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// The peers' processes, and the hub's ends of their connections until [`Peers::connections`] takes them.

@@ -221,7 +221,7 @@ impl<'s> ScenarioReader<'s> {
         }
     }
 
-    /// Reports a violation at the one of its keys that the user set last: in an override, else in the file.
+    /// Reports a violation at the key that the user set last among its keys: in an override, else in the file.
     fn report_violation(&mut self, violation: Violation, given: &DeValue<'_>) {
         let rank = |key: &str| {
             let found = lookup(given, key);
@@ -247,9 +247,9 @@ fn position(error: &Error) -> Option<usize> {
     error.span().map(|span| span.start)
 }
 
-/// Whether the listed starts are still meant once `keys_set` have been set.
+/// Whether the listed starts still apply after the settings of `keys_set`.
 ///
-/// Somebody who only asks for another number of UAVs does not want to list their starts.
+/// A user who only asks for another number of UAVs does not want to list their starts.
 fn listed_starts_apply(tree: &DeValue<'_>, keys_set: &[String]) -> bool {
     let are_starts_set = keys_set.iter().any(|key| key.starts_with("start.uavs"));
     let is_count_set = keys_set.iter().any(|key| key == "formation.uavs");

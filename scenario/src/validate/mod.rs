@@ -17,16 +17,17 @@ use violation::{CheckedQuantity, quantity};
 pub const UAVS_MIN: u32 = 3;
 /// The largest ring: a larger one does not fit the roster that the processes share.
 pub const UAVS_MAX: u32 = MAX_UAVS;
-/// The most bytes that may travel beside the messages of a tick. A larger payload would measure the bandwidth of memory
+/// The most bytes that may travel besides the messages of a tick. A larger payload would measure the bandwidth of memory
 /// instead of the transport.
 pub const PAYLOAD_MAX_BYTES: u32 = 65_536;
-/// A tick shorter than a millisecond leaves the processes of a swarm too little time to answer in real time.
+/// Highest rate. A tick shorter than a millisecond leaves the processes of a swarm too little time to answer in real
+/// time.
 const RATE_MAX_HZ: f64 = 1000.0;
-/// A longer flight is a mistake; its log would not fit a disk.
+/// Longest flight. A longer one is a mistake; its log would not fit a disk.
 const DURATION_MAX_S: f64 = 24.0 * 3600.0;
-/// A longer timeout is a mistake: nothing would ever seem to happen.
+/// Longest timeout. A longer one is a mistake: the run would seem to hang.
 const TIMEOUT_MAX_S: f64 = 3600.0;
-/// A longer name, with the run's identifier behind it, makes unwieldy folders.
+/// Longest name, in characters. A longer one, with the run's identifier behind it, makes unwieldy folders.
 const NAME_MAX: usize = 60;
 /// Shortest time, in ticks, after which a silent neighbour may count as lost. What a neighbour sends in one tick
 /// arrives in the next or the one after, so a shorter time would count healthy neighbours as lost.

@@ -7,9 +7,10 @@ use super::{
 use crate::{ObstacleSection, Scenario, StartState};
 use nalgebra::{Point2, distance};
 
-/// Every UAV is checked against every obstacle in every tick, so many more make the world slow.
+/// Most obstacles of a scenario. Every UAV is checked against every obstacle in every tick, so many more make the
+/// world slow.
 const OBSTACLES_MAX: usize = 1000;
-/// A longer name does not fit the tables and pictures that show it.
+/// Longest name of an obstacle, in characters. A longer one does not fit the tables and pictures that show it.
 const OBSTACLE_NAME_MAX: usize = 40;
 
 pub(super) fn draw(scenario: &Scenario) -> impl Iterator<Item = Violation> {

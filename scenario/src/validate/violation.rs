@@ -1,4 +1,6 @@
 //! A value that is impossible by itself or together with others, and the bounds that quantities share.
+//!
+//! Never decides which value is to blame: the reader of the scenario does.
 
 use crate::key;
 use std::ops::RangeInclusive;

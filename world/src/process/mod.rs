@@ -24,7 +24,7 @@ use ringwing_flight::{Event, Pace, Part, WorldReport};
 use ringwing_scenario::{Scenario, start};
 use wall_clock::WallClock;
 
-/// Which run to be the world of.
+/// Which run the world belongs to.
 #[derive(Debug, Clone, clap::Args)]
 pub struct WorldArgs {
     /// The run.
@@ -51,7 +51,7 @@ pub fn run(args: &WorldArgs, probe: impl TickProbe) -> Result<(), BusError> {
     // The report comes first: once the gate is closed, the others look for it.
     member.domain().write_report(report::WORLD, &world.report())?;
     world.ports.close()?;
-    // The report is complete. A run that is being removed already is no reason to fail.
+    // The report is complete, so a run that is already being removed is not an error.
     let _ = world.wait_for_last_fetch();
     Ok(())
 }
@@ -93,7 +93,7 @@ impl<P: TickProbe> World<P> {
             if let TickClock::Lockstep = self.clock {
                 self.hold_next_tick()?;
             }
-            // A world that is stopped while it holds opens no further tick: which commands it would get is chance.
+            // Open no further tick after a stop during a hold: chance would decide which commands it gets.
             if self.is_stopped() {
                 return Ok(());
             }
