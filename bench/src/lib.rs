@@ -5,7 +5,7 @@
 //! writes them as a [`trace`] to a [`trace_file`], with the [`usage`] of all processes from [`proc_files`]. [`hops`] computes latencies from a trace, [`latencies`]
 //! ([`hdr`] in files) and [`statistics`] describe them, and [`result`] holds everything. A result is shown as a [`table`], a [`page`] with
 //! [`charts`], [`histogram_files`], or beside another one ([`compare`]); all figures come from [`quantity`], all names from
-//! [`label`]. [`doctor`] looks at the [`machine`], and [`scratch`] is the temporary folder.
+//! [`label`]. [`doctor`] looks at the [`machine`] through [`kernel_files`], and [`scratch`] is the temporary folder.
 //!
 //! Must never filter a sample, and must never change what flies.
 
@@ -21,6 +21,7 @@ mod example;
 mod hdr;
 mod histogram_files;
 mod hops;
+mod kernel_files;
 mod label;
 mod latencies;
 mod machine;
