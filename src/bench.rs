@@ -16,7 +16,7 @@ use std::{collections::BTreeSet, fs, path::Path, process::ExitCode};
 #[derive(Debug, clap::Args)]
 pub(crate) struct MeasuredWorldArgs {
     #[command(flatten)]
-    world: ringwing_world::Args,
+    world: ringwing_world::WorldArgs,
     #[command(flatten)]
     measure: MeasureArgs,
 }

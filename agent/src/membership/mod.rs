@@ -28,12 +28,12 @@ use standing::Standing;
 
 /// The two directions round the ring.
 #[derive(Debug, Clone, Copy)]
-enum Direction {
+enum RingSide {
     Previous,
     Next,
 }
 
-const DIRECTIONS: [Direction; 2] = [Direction::Previous, Direction::Next];
+const DIRECTIONS: [RingSide; 2] = [RingSide::Previous, RingSide::Next];
 
 /// A UAV whose silence counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,7 +160,7 @@ impl MembershipView {
     ///
     /// The one beyond a suspect is watched before the suspect is declared lost: of several UAVs that are lost
     /// together, the second then does not cost a whole patience more.
-    fn watch(&mut self, direction: Direction, now: Tick) {
+    fn watch(&mut self, direction: RingSide, now: Tick) {
         for uav in self.others(direction) {
             if !self.is_alive(uav) {
                 continue;
@@ -179,12 +179,12 @@ impl MembershipView {
     }
 
     /// All other UAVs in one direction, the nearest first.
-    fn others(&self, direction: Direction) -> impl Iterator<Item = UavId> + use<> {
+    fn others(&self, direction: RingSide) -> impl Iterator<Item = UavId> + use<> {
         let (own, count) = (self.own, self.count());
         let step = move |uav: &UavId| {
             Some(match direction {
-                Direction::Previous => uav.previous(count),
-                Direction::Next => uav.next(count),
+                RingSide::Previous => uav.previous(count),
+                RingSide::Next => uav.next(count),
             })
         };
         std::iter::successors(step(&own), step).take_while(move |uav| *uav != own)

@@ -50,7 +50,7 @@ impl Scenario {
     /// # Errors
     /// Every mistake in the source and in the settings, each with its place, its key and a remedy.
     pub fn read(source: &Source, settings: &[Setting]) -> Result<Self, ScenarioError> {
-        let mut reader = Reader::new(source, settings);
+        let mut reader = ScenarioReader::new(source, settings);
         let scenario = reader.read();
         reader.finish(scenario)
     }
@@ -84,7 +84,7 @@ impl Scenario {
 }
 
 /// A scenario that is being read, and its problems so far.
-struct Reader<'s> {
+struct ScenarioReader<'s> {
     source: &'s Source,
     settings: &'s [Setting],
     origins: Origins<'s>,
@@ -94,7 +94,7 @@ struct Reader<'s> {
     wrong_keys: Vec<String>,
 }
 
-impl<'s> Reader<'s> {
+impl<'s> ScenarioReader<'s> {
     fn new(source: &'s Source, settings: &'s [Setting]) -> Self {
         let origins = Origins::new(&source.text, settings);
         Self { source, settings, origins, problems: Vec::new(), wrong_keys: Vec::new() }

@@ -11,7 +11,7 @@ pub(crate) use violation::Violation;
 
 use crate::Scenario;
 use ringwing_flight::payload::MAX_UAVS;
-use violation::{Quantity, quantity};
+use violation::{CheckedQuantity, quantity};
 
 /// The smallest ring: fewer UAVs than 3 have no two different neighbours.
 pub const UAVS_MIN: u32 = 3;
@@ -137,7 +137,7 @@ fn membership(scenario: &Scenario) -> impl Iterator<Item = Violation> {
 }
 
 /// Refuses a time that is shorter than `ticks`; the rate may be blamed as well.
-fn shorter_than(time: Quantity<'_>, ticks: u32, scenario: &Scenario) -> Option<Violation> {
+fn shorter_than(time: CheckedQuantity<'_>, ticks: u32, scenario: &Scenario) -> Option<Violation> {
     let rate = quantity("time.rate_hz", scenario.time.rate_hz);
     let (span, are) = if ticks == 1 { ("1 tick".into(), "is") } else { (format!("{ticks} ticks"), "are") };
     (time.value < f64::from(ticks) * scenario.period_s()).then(|| {

@@ -2,7 +2,7 @@
 
 use super::{
     angle,
-    violation::{Quantity, Violation, quantity},
+    violation::{CheckedQuantity, Violation, quantity},
 };
 use crate::{ObstacleSection, Scenario, StartState};
 use nalgebra::{Point2, distance};
@@ -62,7 +62,11 @@ fn obstacle_name(scenario: &Scenario, index: usize, obstacle: &ObstacleSection) 
 }
 
 /// An obstacle must be sensed before it repels, or it would repel later than Eq. (13) says.
-fn sensed_too_late(range: Quantity<'_>, braking_key: &str, obstacle: &ObstacleSection) -> Option<Violation> {
+fn sensed_too_late(
+    range: CheckedQuantity<'_>,
+    braking_key: &str,
+    obstacle: &ObstacleSection,
+) -> Option<Violation> {
     let from_edge = quantity(braking_key, obstacle.braking_distance_m - obstacle.radius_m);
     let (name, needed) = (&obstacle.name, from_edge.measure());
     (range.value < from_edge.value).then(|| {

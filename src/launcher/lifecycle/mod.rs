@@ -71,7 +71,7 @@ pub(super) struct Lifecycle {
     part: Part,
     limits: SupervisionLimits,
     is_by_hand: bool,
-    phase: Phase,
+    phase: LifePhase,
     /// What a fault asked for, as long as it lasts.
     requested: Option<Requested>,
     /// What a fault asked for and does not show yet.
@@ -80,7 +80,7 @@ pub(super) struct Lifecycle {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum LifePhase {
     /// There is no process: not yet, no longer, or not at all in this run.
     Absent,
     /// There is no process yet; the user is to start it by hand.
@@ -117,7 +117,7 @@ enum Requested {
 impl Lifecycle {
     /// A process that has not been spawned yet, and will not be if the user starts it by hand.
     pub(super) fn new(part: Part, limits: SupervisionLimits, is_by_hand: bool) -> Self {
-        let phase = if is_by_hand { Phase::Awaited } else { Phase::Absent };
+        let phase = if is_by_hand { LifePhase::Awaited } else { LifePhase::Absent };
         Self { part, limits, is_by_hand, phase, requested: None, pending: None, replacements: 0 }
     }
 
@@ -128,7 +128,7 @@ impl Lifecycle {
 
     /// Whether the process, or the user who is to start it, is waited for.
     pub(super) fn is_starting(&self) -> bool {
-        matches!(self.phase, Phase::Starting(_) | Phase::Awaited)
+        matches!(self.phase, LifePhase::Starting(_) | LifePhase::Awaited)
     }
 
     /// Whether a signal has stopped it.
@@ -138,7 +138,7 @@ impl Lifecycle {
 
     /// Whether it takes part in the flight now.
     pub(super) fn is_running(&self) -> bool {
-        matches!(self.phase, Phase::Ready(live) if !live.is_frozen)
+        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen)
     }
 
     /// Whether the world may wait for this recorder to read.
@@ -146,7 +146,7 @@ impl Lifecycle {
     /// A recorder that is frozen by accident keeps its buffers, so the world waits for it as for one that lags. If a
     /// fault froze it, the flight goes on.
     pub(super) fn is_reading(&self) -> bool {
-        matches!(self.phase, Phase::Ready(live) if !live.is_frozen || self.requested.is_none())
+        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen || self.requested.is_none())
     }
 
     /// Whether time has to stand still in lockstep until this process is back.
@@ -166,9 +166,9 @@ impl Lifecycle {
     /// Who may announce itself as ready at this moment.
     pub(super) fn expects(&self) -> Attendant {
         match self.phase {
-            Phase::Starting(live) => Attendant::Child(live.pid),
-            Phase::Absent | Phase::Awaited => Attendant::Stranger,
-            Phase::Ready(_) => Attendant::Nobody,
+            LifePhase::Starting(live) => Attendant::Child(live.pid),
+            LifePhase::Absent | LifePhase::Awaited => Attendant::Stranger,
+            LifePhase::Ready(_) => Attendant::Nobody,
         }
     }
 
@@ -211,36 +211,37 @@ impl Lifecycle {
 
     fn live(&self) -> Option<&LiveProcess> {
         match &self.phase {
-            Phase::Starting(live) | Phase::Ready(live) => Some(live),
-            Phase::Absent | Phase::Awaited => None,
+            LifePhase::Starting(live) | LifePhase::Ready(live) => Some(live),
+            LifePhase::Absent | LifePhase::Awaited => None,
         }
     }
 
     fn live_mut(&mut self) -> Option<&mut LiveProcess> {
         match &mut self.phase {
-            Phase::Starting(live) | Phase::Ready(live) => Some(live),
-            Phase::Absent | Phase::Awaited => None,
+            LifePhase::Starting(live) | LifePhase::Ready(live) => Some(live),
+            LifePhase::Absent | LifePhase::Awaited => None,
         }
     }
 
     fn on_spawned(&mut self, pid: u32, now: Duration) -> Vec<Effect> {
         assert_eq!(self.pid(), None, "{}: spawned beside a process that lives", self.part);
-        self.phase = Phase::Starting(LiveProcess { pid, is_adopted: false, is_frozen: false, since: now });
+        self.phase =
+            LifePhase::Starting(LiveProcess { pid, is_adopted: false, is_frozen: false, since: now });
         self.requested = None;
         Vec::new()
     }
 
     fn on_ready(&mut self, pid: u32, now: Duration, stage: RunStage) -> Vec<Effect> {
         let live = match self.phase {
-            Phase::Starting(live) if live.pid == pid => live,
-            Phase::Absent | Phase::Awaited => {
+            LifePhase::Starting(live) if live.pid == pid => live,
+            LifePhase::Absent | LifePhase::Awaited => {
                 // Whatever was asked of its predecessor ends with it.
                 self.requested = None;
                 LiveProcess { pid, is_adopted: true, is_frozen: false, since: now }
             }
             _ => panic!("{}: process {pid} is ready beside {:?}", self.part, self.phase),
         };
-        self.phase = Phase::Ready(live);
+        self.phase = LifePhase::Ready(live);
         let mut effects = Vec::new();
         effects.extend(live.is_adopted.then_some(Effect::Watch { pid }));
         // A start that a fault asked for is logged as that fault.
@@ -287,7 +288,7 @@ impl Lifecycle {
     fn on_ended(&mut self, end: ProcessEnd, stage: RunStage) -> Vec<Effect> {
         assert!(self.live().is_some(), "{}: ended twice", self.part);
         let was_starting = self.is_starting();
-        (self.phase, self.pending) = (Phase::Absent, None);
+        (self.phase, self.pending) = (LifePhase::Absent, None);
         if self.requested == Some(Requested::Freeze) {
             self.requested = None;
         }
@@ -385,10 +386,10 @@ impl Lifecycle {
     fn overdue(&self, now: Duration) -> Option<Event> {
         let part = self.part;
         match self.phase {
-            Phase::Starting(live) if now.saturating_sub(live.since) > self.start_limit(&live) => {
+            LifePhase::Starting(live) if now.saturating_sub(live.since) > self.start_limit(&live) => {
                 Some(Event::StartOverdue { part })
             }
-            Phase::Ready(live)
+            LifePhase::Ready(live)
                 if live.is_frozen
                     && self.requested.is_none()
                     && matches!(part, Part::World | Part::Leader)
@@ -409,12 +410,12 @@ impl Lifecycle {
     fn assert_consistent(&self) {
         let live = self.live();
         assert!(
-            !matches!(self.phase, Phase::Starting(live) if live.is_adopted),
+            !matches!(self.phase, LifePhase::Starting(live) if live.is_adopted),
             "a process started by hand is first seen when it is ready: {self:?}"
         );
         match self.pending {
             Some(ProcessAction::Start) => assert!(
-                matches!(self.phase, Phase::Absent | Phase::Starting(_)),
+                matches!(self.phase, LifePhase::Absent | LifePhase::Starting(_)),
                 "a start is pending until the process is ready: {self:?}"
             ),
             Some(_) => assert!(live.is_some(), "an action is pending on a process that is gone: {self:?}"),

@@ -26,7 +26,7 @@ use wall_clock::WallClock;
 
 /// Which run to be the world of.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct WorldArgs {
     /// The run.
     #[command(flatten)]
     pub member: MemberArgs,
@@ -38,7 +38,7 @@ const OTHERS: u32 = 2;
 /// Flies the run until its last tick, or until it is asked to stop, and leaves the world's report.
 ///
 /// `probe` observes every tick and may end the flight; [`NoProbe`](ringwing_bus::NoProbe) does neither.
-pub fn run(args: &Args, probe: impl TickProbe) -> Result<(), BusError> {
+pub fn run(args: &WorldArgs, probe: impl TickProbe) -> Result<(), BusError> {
     let member = Member::join(&args.member, Part::World)?;
     let scenario = member.scenario();
     let airspace = Airspace::new(scenario, &start::states(scenario)?);
