@@ -10,7 +10,7 @@
 //!   [`result`] holds everything.
 //! - A result is shown as a [`table`], as a [`page`] with [`charts`], as [`histogram_files`], or beside another one
 //!   ([`compare`]). All figures come from [`quantity`], all names from [`label`].
-//! - [`doctor`] looks at the [`machine`].
+//! - [`doctor`] looks at the [`machine`] through [`kernel_files`].
 //!
 //! Must never filter a sample, and must never change what flies.
 
@@ -26,6 +26,7 @@ mod example;
 mod hdr;
 mod histogram_files;
 mod hops;
+mod kernel_files;
 mod label;
 mod latencies;
 mod machine;
