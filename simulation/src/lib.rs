@@ -27,9 +27,10 @@
 mod inputs;
 mod measurement;
 mod processes;
+pub mod random;
 mod simulation;
 
-pub use measurement::{Flown, fly};
+pub use measurement::{Flown, Measurement, fly};
 pub use simulation::Simulation;
 
 use ringwing_scenario::ScenarioError;
