@@ -1,8 +1,9 @@
 //! The same scenario, seed and build give the same payloads, to the bit, whatever else goes on.
 
-use crate::harness::{Swarm, in_process::Flight};
-use ringwing_flight::{Part, Tick, UavId};
+use crate::harness::Swarm;
+use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Scenario, Setting, Source};
+use ringwing_simulation::Simulation;
 use rustix::process::{Pid, setpriority_process};
 use std::{
     sync::{
@@ -76,23 +77,21 @@ fn the_processes_fly_what_one_process_computes() {
         Setting::parse("obstacles.1.position_m=[150,10]").unwrap(),
     ];
     let scenario = Scenario::read(&Source::find("paper-4.2").unwrap(), &settings).unwrap();
+    let mut simulation = Simulation::new(&scenario).unwrap();
+    // Tick -1 is not part of the flight.
+    simulation.step();
     let mut repelled = 0;
-    Flight::new(&scenario).fly_to(Tick(2000), |flight| {
-        let tick = flight.sky.now().0 as usize;
-        for (airframe, (states, controls)) in flight.sky.airframes().iter().zip(&logged) {
-            let (state, pose) = (&states[tick], airframe.pose());
-            let computed =
-                [pose.position.x, pose.position.y, pose.heading_rad, airframe.rates().0, airframe.rates().1];
+    for tick in 0..=2000 {
+        assert_eq!(simulation.step(), tick < 2000);
+        for (uav, (states, controls)) in UavId::all(7).zip(&logged) {
+            let (state, sensed) = (&states[tick], simulation.sensed(uav).unwrap());
+            let [x_m, y_m] = sensed.position_m;
+            let computed = [x_m, y_m, sensed.heading_rad, sensed.speed_m_s, sensed.turn_rate_rad_s];
             let flown = [state.x_m, state.y_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s];
-            assert_eq!(
-                computed.map(f64::to_bits),
-                flown.map(f64::to_bits),
-                "{} at tick {tick}",
-                airframe.uav()
-            );
+            assert_eq!(computed.map(f64::to_bits), flown.map(f64::to_bits), "{uav} at tick {tick}");
             repelled += usize::from(controls[tick].repulsion_m > 0.0);
         }
-    });
+    }
     assert!(repelled > 100, "the obstacle was met");
 }
 

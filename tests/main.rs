@@ -10,15 +10,14 @@ mod harness;
 
 mod bench;
 mod command_line;
-mod dead_reckoning;
 mod dependencies;
 mod determinism;
 mod endings;
 mod faults;
 mod losses;
-mod paper;
 mod presets;
 mod real_time;
+mod simulation;
 mod sizes;
 mod tools;
 mod wiring;

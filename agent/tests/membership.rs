@@ -4,7 +4,7 @@
 
 use proptest::prelude::*;
 use ringwing_agent::membership::MembershipView;
-use ringwing_flight::{Tick, UavId, UavState};
+use ringwing_flight::{Tick, UavId, UavState, draw::Draws};
 use std::collections::{BTreeMap, BTreeSet};
 
 const TIMEOUT_TICKS: i64 = 10;
@@ -31,7 +31,8 @@ struct Swarm {
     links: Vec<Vec<Link>>,
     /// Receiver and state, by their tick of arrival.
     in_flight: BTreeMap<Tick, Vec<(usize, UavState)>>,
-    random: u64,
+    /// Decides what is lost, and what comes late.
+    draws: Draws,
 }
 
 impl Swarm {
@@ -41,7 +42,7 @@ impl Swarm {
             members: (0..count).map(|index| Some(Self::member(index, count))).collect(),
             links: vec![vec![PERFECT; count]; count],
             in_flight: BTreeMap::new(),
-            random: seed | 1,
+            draws: Draws::new(seed, [0; 3], 0),
         }
     }
 
@@ -49,12 +50,9 @@ impl Swarm {
         MembershipView::new(UavId(index as u32 + 1), count as u32, TIMEOUT_TICKS)
     }
 
-    /// Xorshift: good enough to decide what is lost.
+    /// A number from 0 up to, but not including, `below`.
     fn draw(&mut self, below: i64) -> i64 {
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 7;
-        self.random ^= self.random << 17;
-        (self.random >> 11).cast_signed() % below
+        (self.draws.uniform() * below as f64) as i64
     }
 
     fn step(&mut self) {

@@ -26,9 +26,10 @@
 
 mod inputs;
 mod measurement;
+pub mod random;
 mod simulation;
 
-pub use measurement::{Flown, fly};
+pub use measurement::{Flown, Measurement, fly};
 pub use simulation::Simulation;
 
 use ringwing_scenario::ScenarioError;

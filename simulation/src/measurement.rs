@@ -2,7 +2,7 @@
 
 use crate::{Simulation, SimulationError};
 use ringwing_flight::{Event, Tick, TimedEvent, UavId, WorldReport};
-use ringwing_recorder::metrics::{AirframeSample, FlightSummary, Frame, Metrics, TickSamples, judge};
+use ringwing_recorder::metrics::{AirframeSample, FlightSummary, Frame, Metrics, Moment, TickSamples, judge};
 use ringwing_scenario::Scenario;
 
 /// How a flight went.
@@ -33,23 +33,15 @@ impl Flown {
 pub fn fly(scenario: &Scenario) -> Result<Flown, SimulationError> {
     let mut simulation = Simulation::new(scenario)?;
     let mut measurement = Measurement::new(scenario);
-    loop {
-        let tick = simulation.now();
-        let goes_on = simulation.step();
-        if simulation.is_world_ended() {
-            measurement.take_events(&simulation);
-            break;
-        }
-        measurement.observe(&simulation, tick);
-        if !goes_on {
-            break;
-        }
+    while simulation.step() {
+        measurement.observe(&simulation);
     }
+    measurement.observe(&simulation);
     Ok(measurement.finish(&simulation))
 }
 
-/// The recorder's measures of a simulated flight.
-struct Measurement {
+/// The recorder's measures of a simulated flight, for callers that step it themselves.
+pub struct Measurement {
     rate_hz: u32,
     samples: TickSamples,
     frame: Frame,
@@ -58,7 +50,8 @@ struct Measurement {
 }
 
 impl Measurement {
-    fn new(scenario: &Scenario) -> Self {
+    /// The measures of a flight of `scenario`, before its first tick.
+    pub fn new(scenario: &Scenario) -> Self {
         Self {
             rate_hz: scenario.time.rate_hz,
             samples: TickSamples::new(scenario.formation.uavs as usize),
@@ -68,31 +61,46 @@ impl Measurement {
         }
     }
 
-    /// Takes in `tick`, which was just flown. The approach, before tick 0, is not part of the flight.
-    fn observe(&mut self, simulation: &Simulation, tick: Tick) {
-        self.take_events(simulation);
-        if tick < Tick(0) {
-            return;
+    /// Measures the tick flown last and takes its events. Call it once after each [`Simulation::step`], also after the
+    /// last one.
+    ///
+    /// The approach, before tick 0, is not part of the flight: only its events count, and
+    /// those of a step in which a fault ends the world.
+    pub fn observe(&mut self, simulation: &Simulation) {
+        for event in simulation.events() {
+            self.metrics.on_event(event);
+            self.events.push(event.clone());
         }
+        let flown = simulation.flown().filter(|tick| *tick >= Tick(0) && !simulation.is_world_ended());
+        if let Some(tick) = flown {
+            self.collect_samples(simulation, tick);
+            self.frame.refill(&self.samples, self.rate_hz);
+            self.metrics.observe(&self.frame);
+        }
+    }
+
+    fn collect_samples(&mut self, simulation: &Simulation, tick: Tick) {
         self.samples.restart(tick.0);
         for uav in UavId::all(simulation.scenario().formation.uavs) {
             self.samples.airframes[uav.index()] = simulation.sensed(uav).map(AirframeSample::from);
             self.samples.accounts[uav.index()] = simulation.account(uav).copied();
         }
-        self.samples.leader = simulation.led(tick).copied();
+        self.samples.leader = simulation.led().copied();
         self.samples.links.extend_from_slice(simulation.links());
-        self.frame.refill(&self.samples, self.rate_hz);
-        self.metrics.observe(&self.frame);
     }
 
-    fn take_events(&mut self, simulation: &Simulation) {
-        for event in simulation.events() {
-            self.metrics.on_event(event);
-            self.events.push(event.clone());
-        }
+    /// The tick observed last, UAV by UAV.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
     }
 
-    fn finish(self, simulation: &Simulation) -> Flown {
+    /// The swarm as a whole in the tick observed last.
+    pub fn moment(&self) -> &Moment {
+        self.metrics.moment()
+    }
+
+    /// How the flight of `simulation` went.
+    pub fn finish(self, simulation: &Simulation) -> Flown {
         let summary = self.metrics.summary();
         let report = (!simulation.is_world_ended()).then(|| simulation.report());
         let is_collision = |timed: &&TimedEvent| matches!(timed.event, Event::Collision { .. });

@@ -46,6 +46,8 @@ pub struct Simulation {
     recorder: ProcessState,
     /// A fault has ended the world.
     is_world_ended: bool,
+    /// The tick flown last.
+    flown: Option<Tick>,
     actions: VecDeque<ScheduledAction>,
     announcements: VecDeque<TimedEvent>,
     link_faults: Vec<LinkFault>,
@@ -77,6 +79,7 @@ impl Simulation {
             leader: Station { state: ProcessState::Running, answered: Tick(Tick::APPROACH.0 - 1) },
             recorder: ProcessState::Running,
             is_world_ended: false,
+            flown: None,
             actions: schedule.scheduled_actions().into(),
             announcements: schedule.announcements().into(),
             link_faults: schedule.link_faults(),
@@ -99,6 +102,11 @@ impl Simulation {
     /// The next tick to fly.
     pub fn now(&self) -> Tick {
         self.airspace.now()
+    }
+
+    /// The tick flown last; `None` before the first one.
+    pub fn flown(&self) -> Option<Tick> {
+        self.flown
     }
 
     /// The airframes and obstacles, at [`now`](Self::now).
@@ -131,9 +139,9 @@ impl Simulation {
         self.sensed[uav.index()].as_ref()
     }
 
-    /// The newest leader state, if a leader flew the tick `flown`.
-    pub fn led(&self, flown: Tick) -> Option<&LeaderState> {
-        self.air.leader.newest().filter(|state| state.tick == flown)
+    /// What the leader sent in the tick flown last; `None` if there was none, or it was frozen.
+    pub fn led(&self) -> Option<&LeaderState> {
+        self.air.leader.newest().filter(|state| Some(state.tick) == self.flown)
     }
 
     /// What became of the samples on links with faults, as reported in the tick flown last.
@@ -165,6 +173,7 @@ impl Simulation {
         if self.is_world_ended {
             return false;
         }
+        self.flown = Some(now);
         self.publish_sensed();
         self.lead(now);
         self.answer_all(now);

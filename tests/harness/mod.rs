@@ -1,11 +1,11 @@
 //! Flies swarms for the tests: starts the real command, observes the run, and ends it when the test is over.
 
 pub mod bench;
-pub mod in_process;
 pub mod log;
 
 use ringwing_bus::{Domain, DomainId, Gate};
 use ringwing_flight::{Part, Tick};
+use ringwing_scenario::Scenario;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::{
@@ -33,11 +33,22 @@ pub struct Swarm {
 }
 
 impl Swarm {
-    /// A run of `scenario`, in a folder of its own.
+    /// A run of the scenario with this name or path, in a folder of its own.
     pub fn fly(scenario: &str) -> Self {
+        Self::in_folder(tempfile::tempdir().expect("a temporary folder"), Path::new(scenario))
+    }
+
+    /// A run of `scenario`, from a file in the run's folder.
+    pub fn fly_scenario(scenario: &Scenario) -> Self {
         let out = tempfile::tempdir().expect("a temporary folder");
+        let path = out.path().join("scenario.toml");
+        fs::write(&path, scenario.to_toml()).expect("the file is written");
+        Self::in_folder(out, &path)
+    }
+
+    fn in_folder(out: tempfile::TempDir, scenario: &Path) -> Self {
         let mut command = ringwing();
-        command.args(["run", scenario, "--out"]).arg(out.path());
+        command.arg("run").arg(scenario).arg("--out").arg(out.path());
         Self { command, out }
     }
 

@@ -1,0 +1,299 @@
+//! Random scenarios with random faults, for tests, sweeps and fuzzing.
+//!
+//! Every scenario is valid, and its seed alone decides it. Real processes fly it to the same payloads as a
+//! [`Simulation`](crate::Simulation): scheduling never decides how the flight goes. So a scenario never has a fault of
+//! the world, never kills or stops the recorder, and never has an answer so slow that the run gives up waiting.
+
+use ringwing_flight::{OnLoss, draw::Draws};
+use ringwing_scenario::{
+    Action, Failsafe, Fault, Law, LawSwitches, ObstacleSection, Scenario,
+    fault::{Delay, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets},
+};
+use std::ops::RangeInclusive;
+
+/// Separates these draws from those of the flight itself ("random" in ASCII). Another value gives other scenarios.
+const PURPOSE: [u64; 3] = [0x7261_6e64_6f6d, 0, 0];
+/// By the wall clock, the longest wait for an answer or for a new process. With a shorter one a busy machine could
+/// decide that the flight goes on without it.
+const PATIENCE_S: f64 = 60.0;
+/// The most faults of one flight. More hide each other: soon no agent is left that anything could happen to.
+const FAULTS_MAX: u32 = 8;
+/// The slowest answer, in milliseconds. A slower one only makes flights of processes take longer.
+const SLOW_MAX_MS: u32 = 5;
+
+/// The random scenario of `seed`: 3 to 12 UAVs, 5 to 20 s, either law, up to three obstacles and eight faults.
+pub fn scenario(seed: u64) -> Scenario {
+    let mut dice = Dice(Draws::new(seed, PURPOSE, 0));
+    let mut scenario = Scenario {
+        name: format!("random-{seed}"),
+        description: "a random scenario with random faults".into(),
+        // TOML has no larger integers.
+        seed: seed & i64::MAX.cast_unsigned(),
+        ..Scenario::default()
+    };
+    scenario.time.duration_s = f64::from(dice.whole(5..=20));
+    scenario.time.rate_hz = dice.pick(&[50, 100]);
+    scenario.formation.uavs = dice.whole(3..=12);
+    scenario.formation.spacing_m = dice.number(25.0, 60.0);
+    scenario.supervision.answer_timeout_s = PATIENCE_S;
+    scenario.supervision.start_timeout_s = PATIENCE_S;
+    dice.set_law(&mut scenario);
+    dice.set_requirements(&mut scenario);
+    scenario.obstacles = (1..=dice.whole(0..=3)).map(|number| dice.obstacle(number, &scenario)).collect();
+    let duration_s = scenario.time.duration_s;
+    scenario.faults =
+        (0..dice.whole(1..=FAULTS_MAX)).map(|_| dice.fault(duration_s, scenario.formation.uavs)).collect();
+    scenario
+}
+
+/// One stream of draws, from which a scenario takes all its choices in order.
+struct Dice(Draws);
+
+impl Dice {
+    /// Each number of `range` is equally likely.
+    fn whole(&mut self, range: RangeInclusive<u32>) -> u32 {
+        let count = range.end() - range.start() + 1;
+        range.start() + (self.0.uniform() * f64::from(count)) as u32
+    }
+
+    /// Between `low` and `high`, in thousandths, so that sentences of faults stay short.
+    fn number(&mut self, low: f64, high: f64) -> f64 {
+        ((low + (high - low) * self.0.uniform()) * 1000.0).round() / 1000.0
+    }
+
+    fn pick<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.whole(0..=choices.len() as u32 - 1) as usize]
+    }
+
+    /// True once in `count` times.
+    fn one_in(&mut self, count: u32) -> bool {
+        self.whole(1..=count) == 1
+    }
+
+    fn set_law(&mut self, scenario: &mut Scenario) {
+        let law = self.pick(&[Law::Paper, Law::Resilient]);
+        let LawSwitches { dead_reckoning, trust_fades, gain_fades, force_limited, ring_closes } =
+            law.switches();
+        let control = &mut scenario.control;
+        control.law = law;
+        control.dead_reckoning = dead_reckoning;
+        (control.trust_fades, control.gain_fades) = (trust_fades, gain_fades);
+        (control.force_limited, control.ring_closes) = (force_limited, ring_closes);
+        scenario.membership.loss_timeout_s = self.pick(&[0.1, 0.3, 1.0, 3.0]);
+        scenario.membership.on_loss =
+            self.pick(&[OnLoss::KeepSpacing, OnLoss::KeepRadius, OnLoss::KeepSlots]);
+        scenario.membership.slots_move_s = self.pick(&[0.0, 1.0, 5.0]);
+        scenario.airframe.failsafe = self.pick(&[Failsafe::Loiter, Failsafe::Hold, Failsafe::Vanish]);
+        scenario.airframe.command_timeout_s = self.pick(&[0.05, 0.5, 1.5]);
+    }
+
+    /// Requires something of half of the flights, so that each verdict occurs.
+    fn set_requirements(&mut self, scenario: &mut Scenario) {
+        if self.one_in(2) {
+            scenario.requirements.collisions_max = Some(self.whole(0..=2));
+            scenario.requirements.separation_min_m = Some(self.number(1.0, 10.0));
+            scenario.requirements.slot_error_max_m = Some(self.number(1.0, 100.0));
+        }
+    }
+
+    /// An obstacle ahead of the box that the starts are drawn from, so that they always find room.
+    fn obstacle(&mut self, number: u32, scenario: &Scenario) -> ObstacleSection {
+        let radius_m = self.number(3.0, 15.0);
+        let braking_distance_m = radius_m + self.number(5.0, 30.0);
+        let box_end_m = scenario.start.draw.length_radii / 2.0 * scenario.formation().radius_m();
+        let east_m = box_end_m + braking_distance_m + self.number(5.0, 150.0);
+        ObstacleSection {
+            name: format!("Obstacle {number}"),
+            position_m: [east_m, self.number(-60.0, 60.0)],
+            radius_m,
+            braking_distance_m,
+        }
+    }
+
+    /// A fault at some time of the flight, or shortly after its end, where it never happens.
+    fn fault(&mut self, duration_s: f64, uavs: u32) -> Fault {
+        let action = match self.whole(1..=11) {
+            1..=5 => self.process_fault(uavs),
+            6..=10 => self.link_fault(uavs),
+            _ => Action::Heal(if self.one_in(2) { Links::All } else { self.links(uavs) }),
+        };
+        Fault { at_s: self.number(0.0, 1.05 * duration_s), action }
+    }
+
+    fn process_fault(&mut self, uavs: u32) -> Action {
+        let for_s = (!self.one_in(4)).then(|| self.number(0.01, 3.0));
+        let fault = match self.whole(1..=9) {
+            1 => ProcessFault::Kill,
+            2 => ProcessFault::Stop,
+            3 => ProcessFault::Freeze { for_s },
+            4 => ProcessFault::Thaw,
+            5 => ProcessFault::Start,
+            6 => ProcessFault::Restart { after_s: self.number(0.01, 3.0) },
+            7 => ProcessFault::Flap { every_s: self.number(0.2, 2.0), for_s: self.number(0.2, 4.0) },
+            8 => {
+                let by_s = f64::from(self.whole(1..=SLOW_MAX_MS)) / 1000.0;
+                let fault = ProcessFault::Slow { by_s, for_s: Some(self.number(0.01, 0.5)) };
+                return Action::Process { fault, targets: self.some_uavs(uavs) };
+            }
+            // A recorder that is away for longer may miss ticks, and whether it does depends on scheduling.
+            _ => {
+                let fault = ProcessFault::Freeze { for_s: Some(self.number(0.01, 1.0)) };
+                return Action::Process { fault, targets: Targets::Recorder };
+            }
+        };
+        let targets = if self.one_in(4) { Targets::Leader } else { self.some_uavs(uavs) };
+        Action::Process { fault, targets }
+    }
+
+    fn some_uavs(&mut self, uavs: u32) -> Targets {
+        match self.whole(1..=10) {
+            1 => Targets::AllUavs,
+            2..=4 => Targets::Random(self.whole(1..=2)),
+            _ => {
+                let count = self.whole(1..=2);
+                Targets::Uavs(self.0.choose(count, uavs))
+            }
+        }
+    }
+
+    fn link_fault(&mut self, uavs: u32) -> Action {
+        let for_s = (!self.one_in(4)).then(|| self.number(0.01, 5.0));
+        Action::Link { links: self.links(uavs), impairment: self.impairment(), for_s }
+    }
+
+    fn links(&mut self, uavs: u32) -> Links {
+        let pair = self.0.choose(2, uavs);
+        match self.whole(1..=8) {
+            1 => Links::All,
+            2 => Links::From(Sender::All, Receiver::All),
+            3 => Links::From(Sender::Leader, self.receiver(pair[0])),
+            4 => Links::From(Sender::Own, self.receiver(pair[0])),
+            5 => Links::From(Sender::Uav(pair[0]), Receiver::Uav(pair[1])),
+            6 => Links::Between(pair[0], pair[1]),
+            7 => Links::Isolate(pair[0]),
+            _ => {
+                let cut = self.whole(1..=uavs - 1);
+                Links::Partition(vec![(1..=cut).collect(), (cut + 1..=uavs).collect()])
+            }
+        }
+    }
+
+    /// All agents, or that of `uav`.
+    fn receiver(&mut self, uav: u32) -> Receiver {
+        if self.one_in(2) { Receiver::All } else { Receiver::Uav(uav) }
+    }
+
+    fn impairment(&mut self) -> LinkImpairment {
+        match self.whole(1..=13) {
+            1..=3 => LinkImpairment::Delay(self.delay()),
+            4 => LinkImpairment::Loss(self.number(0.05, 0.9)),
+            5 => LinkImpairment::Gilbert {
+                p: self.number(0.01, 0.2),
+                r: self.number(0.01, 0.2),
+                h: self.number(0.0, 0.2),
+                k: self.number(0.8, 1.0),
+            },
+            6..=7 => LinkImpairment::Blackout,
+            8 => LinkImpairment::Duplicate(self.number(0.05, 0.9)),
+            9 => LinkImpairment::Reorder { p: self.number(0.05, 0.9), by_s: self.number(0.01, 0.2) },
+            10 => LinkImpairment::Hold,
+            11 => LinkImpairment::Stuck,
+            12 => LinkImpairment::Bias {
+                x_m: self.number(-5.0, 5.0),
+                y_m: self.number(-5.0, 5.0),
+                heading_rad: self.number(-0.2, 0.2),
+            },
+            _ => LinkImpairment::Noise {
+                position_m: self.number(0.0, 3.0),
+                heading_rad: self.number(0.0, 0.1),
+            },
+        }
+    }
+
+    fn delay(&mut self) -> Delay {
+        let by_s = self.number(0.0, 1.0);
+        match self.whole(1..=5) {
+            1 => Delay::Constant { by_s },
+            2 => Delay::Uniform { by_s, jitter_s: self.number(0.001, 0.5) },
+            3 => Delay::Normal { by_s, deviation_s: self.number(0.001, 0.3) },
+            4 => Delay::Pareto { by_s, tail_s: self.number(0.01, 0.3), shape: self.number(1.1, 4.0) },
+            _ => Delay::Trace((0..self.whole(1..=5)).map(|_| self.number(0.0, 0.3)).collect()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Seeds enough for the rarest choice to occur.
+    const SEEDS: std::ops::Range<u64> = 0..300;
+
+    #[test]
+    fn every_scenario_is_valid_and_its_seed_alone_decides_it() {
+        for seed in SEEDS.chain([u64::MAX]) {
+            let drawn = scenario(seed);
+            assert_eq!(drawn, scenario(seed));
+            assert_eq!(Scenario::resolved(&drawn.to_toml()).unwrap(), drawn, "seed {seed}");
+            assert_eq!(drawn.name, format!("random-{seed}"));
+        }
+        assert_ne!(scenario(1).faults, scenario(2).faults);
+    }
+
+    #[test]
+    fn every_kind_of_fault_occurs() {
+        let sentences: Vec<String> =
+            SEEDS.flat_map(|seed| scenario(seed).faults).map(|fault| fault.action.to_string()).collect();
+        let words: BTreeSet<&str> = sentences.iter().flat_map(|sentence| sentence.split(' ')).collect();
+        for word in [
+            "kill",
+            "stop",
+            "freeze",
+            "thaw",
+            "start",
+            "restart",
+            "flap",
+            "slow",
+            "link",
+            "partition",
+            "isolate",
+            "heal",
+            "leader",
+            "recorder",
+            "random",
+            "all",
+            "own->all",
+            "leader->all",
+            "all->all",
+            "delay",
+            "jitter",
+            "normal",
+            "pareto",
+            "trace",
+            "loss",
+            "gilbert",
+            "blackout",
+            "duplicate",
+            "reorder",
+            "hold",
+            "stuck",
+            "bias",
+            "noise",
+        ] {
+            assert!(words.contains(word), "no {word}");
+        }
+    }
+
+    #[test]
+    fn no_scenario_has_a_fault_that_chance_has_a_part_in() {
+        for fault in SEEDS.flat_map(|seed| scenario(seed).faults) {
+            let Action::Process { fault, targets } = fault.action else { continue };
+            assert_ne!(targets, Targets::World);
+            let is_short_freeze =
+                matches!(fault, ProcessFault::Freeze { for_s: Some(for_s) } if for_s <= 1.0);
+            assert!(targets != Targets::Recorder || is_short_freeze, "{fault:?}");
+            assert!(!matches!(fault, ProcessFault::Slow { by_s, .. } if by_s > 0.1), "{fault:?}");
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Whole flights in one process: what the paper shows, what the resilient law is for, and the rules of the simulation.
+
+mod support;
+
+mod dead_reckoning;
+mod paper;
+mod pinned;
+mod random;
+mod resilience;
+mod rules;
+mod theory;

@@ -1,0 +1,97 @@
+//! Whatever happens to a swarm, flying the same scenario again gives the same flight.
+
+use ringwing_flight::{Event, LinkCounts, TimedEvent};
+use ringwing_recorder::metrics::LinkTotals;
+use ringwing_scenario::Scenario;
+use ringwing_simulation::{Flown, Measurement, Simulation, fly, random};
+use std::{collections::BTreeSet, thread};
+
+/// Seeds of the scenarios to fly. A failure names its seed: `random::scenario(seed)` is all it takes to repeat it.
+const SEEDS: std::ops::Range<u64> = 0..300;
+
+fn assert_balanced(seed: u64, counts: &LinkCounts) {
+    let LinkCounts { offered, delivered, lost, duplicated, in_flight, .. } = *counts;
+    assert_eq!(offered + duplicated, delivered + lost + in_flight, "seed {seed}: {counts:?}");
+}
+
+fn assert_totals_balanced(seed: u64, totals: &LinkTotals) {
+    let LinkTotals { offered, delivered, lost, duplicated, in_flight, .. } = *totals;
+    assert_eq!(offered + duplicated, delivered + lost + in_flight, "seed {seed}: {totals:?}");
+}
+
+/// Flies `scenario` step by step and checks what holds in every tick.
+fn fly_checked(scenario: &Scenario, seed: u64) -> Flown {
+    let mut simulation = Simulation::new(scenario).expect("room for all");
+    let mut measurement = Measurement::new(scenario);
+    let mut goes_on = true;
+    while goes_on {
+        goes_on = simulation.step();
+        measurement.observe(&simulation);
+        simulation.links().iter().for_each(|counts| assert_balanced(seed, counts));
+        let first = simulation.flown().expect("a tick was flown");
+        let is_of_tick = |event: &TimedEvent| event.tick == first;
+        assert!(simulation.events().iter().all(is_of_tick), "seed {seed}: {:?}", simulation.events());
+    }
+    measurement.finish(&simulation)
+}
+
+/// Flies the scenario of `seed` twice; returns the names of its events and its verdict.
+fn fly_twice(seed: u64) -> BTreeSet<&'static str> {
+    let scenario = random::scenario(seed);
+    let (one, other) = (fly_checked(&scenario, seed), fly(&scenario).expect("room for all"));
+    assert_eq!(one.report, other.report, "seed {seed}");
+    assert_eq!(one.events, other.events, "seed {seed}");
+    assert_eq!(one.summary, other.summary, "seed {seed}");
+    assert_eq!(one.summary.last_tick, Some(scenario.last_tick()), "seed {seed}");
+    one.summary.links.iter().for_each(|totals| assert_totals_balanced(seed, totals));
+    let by_chance = |timed: &&TimedEvent| timed.event.is_by_chance();
+    assert_eq!(one.events.iter().find(by_chance), None, "seed {seed}");
+    one.events.iter().map(|timed| timed.event.name()).chain([one.verdict()]).collect()
+}
+
+#[test]
+fn the_same_random_scenario_gives_the_same_flight_and_every_kind_of_event_occurs() {
+    let half = |parity: u64| SEEDS.filter(move |seed| seed % 2 == parity).flat_map(fly_twice).collect();
+    let occurred: BTreeSet<&str> = thread::scope(|scope| {
+        let odd = scope.spawn(|| half(1));
+        let even: BTreeSet<&str> = half(0);
+        even.union(&odd.join().expect("every flight is repeatable")).copied().collect()
+    });
+    let expected = [
+        "collision",
+        "failsafe",
+        "fault.freeze",
+        "fault.healed",
+        "fault.kill",
+        "fault.link",
+        "fault.refused",
+        "fault.slow",
+        "fault.start",
+        "fault.stop",
+        "fault.thaw",
+        "passed",
+        "violated",
+    ];
+    assert_eq!(occurred, expected.into());
+}
+
+#[test]
+fn another_seed_is_another_flight() {
+    let hash = |seed| fly(&random::scenario(seed)).unwrap().report.unwrap().payload_hash;
+    assert_ne!(hash(1), hash(2));
+    // The seed of the flight itself counts too: it draws what each link loses.
+    let mut scenario = random::scenario(1);
+    scenario.faults = vec!["at 0 s link all loss 30 %".parse().unwrap()];
+    let lossy = |seed| {
+        let flown = fly(&Scenario { seed, start: start_of(&scenario), ..scenario.clone() }).unwrap();
+        assert!(flown.events.iter().any(|timed| matches!(timed.event, Event::LinkFault { .. })));
+        flown.report.unwrap().payload_hash
+    };
+    assert_ne!(lossy(1), lossy(2));
+}
+
+/// The drawn starts of `scenario`, listed, so that another seed leaves them as they are.
+fn start_of(scenario: &Scenario) -> ringwing_scenario::StartSection {
+    let uavs = ringwing_scenario::start::states(scenario).expect("room for all");
+    ringwing_scenario::StartSection { uavs, ..scenario.start.clone() }
+}
