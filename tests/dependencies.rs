@@ -26,18 +26,7 @@ struct Room {
 const ROOMS: [Room; 11] = [
     Room {
         folder: "",
-        uses: &[
-            "agent",
-            "bench",
-            "bus",
-            "drawing",
-            "flight",
-            "leader",
-            "recorder",
-            "scenario",
-            "simulation",
-            "world",
-        ],
+        uses: &["agent", "bench", "bus", "drawing", "flight", "leader", "recorder", "scenario", "world"],
         with_io: &[""],
     },
     Room {
@@ -75,7 +64,11 @@ const ROOMS: [Room; 11] = [
     Room { folder: "world", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
     Room { folder: "bus", uses: &["flight", "scenario"], with_io: &[""] },
     Room { folder: "drawing", uses: &[], with_io: &[] },
-    Room { folder: "scenario", uses: &["flight"], with_io: &["read/source.rs", "fault/trace.rs"] },
+    Room {
+        folder: "scenario",
+        uses: &["flight"],
+        with_io: &["read/mod.rs", "read/source.rs", "fault/trace.rs"],
+    },
     Room { folder: "flight", uses: &[], with_io: &[] },
 ];
 
