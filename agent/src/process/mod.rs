@@ -59,7 +59,7 @@ pub fn run(args: &AgentArgs) -> Result<(), AgentError> {
         ports.send_link_counts(agent.link_counts(tick))?;
         let answer = agent.fly(tick);
         ports.update_inputs(&mut agent)?;
-        ports.send(&answer, tick, woke_ns, read_ns)?;
+        ports.send(&answer, answerer.gate(), tick, woke_ns, read_ns)?;
         answerer.answer(tick)?;
     }
     Ok(())

@@ -8,7 +8,7 @@ use crate::{
     uav_agent::Answer,
 };
 use ringwing_bus::{Ballast, BusError, Gate, Member, Publisher, Stamps, Subscriber, monotonic_ns, services};
-use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
+use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Pace, Part, Sensed, Tick, UavId, UavState};
 use std::{
     thread,
     time::{Duration, Instant},
@@ -120,6 +120,7 @@ impl<'m> AgentPorts<'m> {
     pub(super) fn send(
         &mut self,
         answer: &Answer,
+        gate: &Gate,
         now: Tick,
         woke_ns: u64,
         read_ns: u64,
@@ -129,8 +130,10 @@ impl<'m> AgentPorts<'m> {
         if let Some(ballast) = &self.ballast {
             ballast.send(now)?;
         }
-        // Send the command last: it may end the tick.
-        if let Some(account) = answer.account {
+        // The command is sent last, because it may end the tick. The account comes before it, so that the log of a
+        // flight does not depend on when an agent is killed. Without a recorder nobody reads it.
+        let is_recorded = || gate.ready_process(Part::Recorder).is_some();
+        if let Some(account) = answer.account.filter(|_| is_recorded()) {
             self.account.send(account, stamps)?;
         }
         if let Some(state) = answer.state {
