@@ -25,7 +25,8 @@ fn differences(scenario: &Scenario) -> Vec<String> {
     for (key, value) in simulated.as_object().expect("an object") {
         differences.extend(difference(key, value, &real[key]));
     }
-    let measured: FlightSummary = serde_json::from_value(real["flight"].clone()).expect("a flight was measured");
+    let measured: FlightSummary =
+        serde_json::from_value(real["flight"].clone()).expect("a flight was measured");
     if measured != flown.summary {
         let real = serde_json::to_value(measured).expect("a summary is plain data");
         let simulated = serde_json::to_value(&flown.summary).expect("a summary is plain data");
@@ -44,7 +45,8 @@ fn difference(key: &str, simulated: &Value, real: &Value) -> Option<String> {
 /// The figures of `summary.json` that do not depend on a wall clock, as the simulation has them.
 fn figures(scenario: &Scenario, flown: &Flown) -> Value {
     let report = flown.report.as_ref().expect("the world lives to the end");
-    let collisions: Vec<_> = report.collisions.iter().map(|collision| collision_row(scenario, collision)).collect();
+    let collisions: Vec<_> =
+        report.collisions.iter().map(|collision| collision_row(scenario, collision)).collect();
     json!({
         "verdict": flown.verdict(),
         "failures": [],
@@ -83,7 +85,8 @@ fn logged_events(run: &Finished, scenario: &Scenario) -> Vec<TimedEvent> {
 
 /// The first event that is not the same in both.
 fn event_difference(simulated: &[TimedEvent], real: &[TimedEvent]) -> Option<String> {
-    let place = (0..simulated.len().max(real.len())).find(|place| simulated.get(*place) != real.get(*place))?;
+    let place =
+        (0..simulated.len().max(real.len())).find(|place| simulated.get(*place) != real.get(*place))?;
     Some(format!("event {place}: simulated {:?}, flown {:?}", simulated.get(place), real.get(place)))
 }
 
