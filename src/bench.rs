@@ -1,6 +1,6 @@
-//! The verb `bench`, and the hidden processes behind it: what of a benchmark needs the launcher or the world.
+//! `ringwing bench` and its hidden commands: the parts of a benchmark that need the launcher or the world.
 //!
-//! Must never measure anything itself: that is the crate `ringwing_bench`.
+//! Must never measure anything itself: the crate `ringwing_bench` does.
 
 use crate::{
     FAILED, WrongUsage,
@@ -16,7 +16,7 @@ use std::{collections::BTreeSet, fs, path::Path, process::ExitCode};
 #[derive(Debug, clap::Args)]
 pub(crate) struct MeasuredWorldArgs {
     #[command(flatten)]
-    world: ringwing_world::Args,
+    world: ringwing_world::WorldArgs,
     #[command(flatten)]
     measure: MeasureArgs,
 }
@@ -50,7 +50,7 @@ pub(crate) fn run_peer(args: &PeerArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Runs the world, and measures its ticks if a benchmark wants that.
+/// Runs the world, and measures its ticks if a benchmark asks for that.
 pub(crate) fn run_world(args: &MeasuredWorldArgs) -> anyhow::Result<ExitCode> {
     match Measure::new(&args.measure) {
         Some(measure) => ringwing_world::run(&args.world, measure)?,
@@ -75,7 +75,7 @@ fn fly(args: &CaseArgs) -> anyhow::Result<()> {
     let outcome = launch(&plan)?;
     let log = outcome.folder.join(LOG);
     if log.exists() {
-        // Where the benchmark looks for it, whatever the run's folder is called.
+        // Move the log to where the benchmark looks for it: the benchmark does not know the run's folder.
         fs::rename(&log, folder.join(FLIGHT_LOG)).context("the log cannot be moved")?;
     }
     match outcome.failures.first() {

@@ -1,7 +1,7 @@
 //! The command `ringwing`: parses the command line and starts what it asks for.
 //!
-//! A swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation. Each verb has a module of
-//! its own; never any logic of one here.
+//! A swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation. Each verb has its own
+//! module; this one must never contain a verb's logic.
 
 mod bench;
 mod clean;
@@ -63,7 +63,7 @@ enum Verb {
     World(bench::MeasuredWorldArgs),
     /// (process) Fly the virtual leader of a run
     #[command(display_order = 102)]
-    Leader(ringwing_leader::Args),
+    Leader(ringwing_leader::LeaderArgs),
     /// (process) Measure one case of a benchmark
     #[command(hide = true)]
     BenchCase(Box<ringwing_bench::CaseArgs>),
@@ -72,7 +72,7 @@ enum Verb {
     BenchPeer(Box<ringwing_bench::PeerArgs>),
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
-    Recorder(ringwing_recorder::Args),
+    Recorder(ringwing_recorder::RecorderArgs),
 }
 
 /// Exit code of a run or tool that failed.

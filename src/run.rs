@@ -120,7 +120,7 @@ fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
     }
 }
 
-/// The overrides of the scenario, the strongest last: a flag of its own, such as `--seed`, beats `--set`.
+/// The overrides of the scenario. Later ones win, so a flag of its own, such as `--seed`, beats `--set`.
 fn settings(args: &RunArgs) -> Vec<Setting> {
     let mut settings = args.settings.clone();
     settings.extend(args.seed.map(|seed| Setting::of_flag("--seed", "seed", seed)));

@@ -1,4 +1,4 @@
-//! The command as people and scripts use it.
+//! The command line as people and scripts use it.
 
 use crate::harness::{Swarm, ringwing};
 use ringwing_flight::{Part, UavId};
@@ -28,24 +28,24 @@ fn without_arguments_it_flies_the_papers_section_4_2() {
 }
 
 #[test]
-fn a_flight_is_repeated_to_the_bit_by_its_printed_command() {
+fn the_printed_command_repeats_a_flight_to_the_bit() {
     let run =
         Swarm::fly("paper-4.1").with("--uavs 5 --seed 42 --duration 7 --set formation_gain=1.5").finish();
     let again =
         Command::new("bash").args(["-c", &format!("{} --json", run.text("command"))]).output().unwrap();
     let again: Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(again["payload_hash"], run.summary["payload_hash"]);
-    // So does the scenario that the run wrote down.
+    // The scenario file in the run's folder repeats the flight, too.
     let file = run.folder.join("scenario.toml");
     let again = Swarm::fly(file.to_str().unwrap()).finish();
     assert_eq!(again.summary["payload_hash"], run.summary["payload_hash"]);
 }
 
 #[test]
-fn json_goes_to_stdout_and_nothing_else_does() {
+fn json_is_the_only_output() {
     let out = tempfile::tempdir().unwrap();
-    let (code, json, said) = output(&["run", "paper-4.1", "--json", "--out", out.path().to_str().unwrap()]);
-    assert_eq!((code, said.as_str()), (Some(0), ""));
+    let (code, json, stderr) = output(&["run", "paper-4.1", "--json", "--out", out.path().to_str().unwrap()]);
+    assert_eq!((code, stderr.as_str()), (Some(0), ""));
     let summary: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(summary["verdict"], "passed");
     assert!(summary["real_time_factor"].as_f64().unwrap() > 0.0);
@@ -53,23 +53,23 @@ fn json_goes_to_stdout_and_nothing_else_does() {
 }
 
 #[test]
-fn all_that_is_wrong_with_a_scenario_is_said_at_once_before_anything_starts() {
+fn all_errors_of_a_scenario_are_reported_at_once_before_anything_starts() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("bad.toml");
     fs::write(&file, "[formation]\nuavs = 2\nspacing = 40\n[time]\nduration_s = \"long\"\n").unwrap();
     let file = file.to_str().unwrap();
     for arguments in [&["run", file][..], &["scenario", "check", file]] {
-        let (code, _, said) = output(arguments);
-        assert_eq!(code, Some(2), "{said}");
+        let (code, _, stderr) = output(arguments);
+        assert_eq!(code, Some(2), "{stderr}");
         for problem in ["line 2: formation.uavs", "line 3: formation.spacing", "line 5: time.duration_s"] {
-            assert!(said.contains(problem), "no {problem:?} in {said}");
+            assert!(stderr.contains(problem), "no {problem:?} in {stderr}");
         }
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
 #[test]
-fn wrong_usage_ends_with_2_and_says_what_would_be_right() {
+fn wrong_usage_exits_with_2_and_hints_at_the_fix() {
     for (arguments, hint) in [
         (&["run", "no-such-scenario"][..], "paper-4.2"),
         (&["run", "--uavs", "2"], "--uavs 2"),
@@ -83,23 +83,23 @@ fn wrong_usage_ends_with_2_and_says_what_would_be_right() {
         (&["fly"], "Usage"),
         (&["agent", "--uav", "1", "--domain", "x"], "a domain's name"),
     ] {
-        let (code, _, said) = output(arguments);
-        assert_eq!(code, Some(2), "{arguments:?}: {said}");
-        assert!(said.to_lowercase().contains(&hint.to_lowercase()), "no {hint:?} in {said}");
+        let (code, _, stderr) = output(arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
+        assert!(stderr.to_lowercase().contains(&hint.to_lowercase()), "no {hint:?} in {stderr}");
     }
 }
 
 #[test]
-fn a_process_without_its_run_says_so() {
+fn a_process_started_without_a_run_reports_that_the_run_is_missing() {
     for process in [&["world"][..], &["leader"], &["recorder"], &["agent", "--uav", "1"]] {
-        let (code, _, said) = output(&[process, &["--domain", "zzzzzz"]].concat());
+        let (code, _, stderr) = output(&[process, &["--domain", "zzzzzz"]].concat());
         assert_eq!(code, Some(1));
-        assert!(said.contains("no run with this domain"), "{said}");
+        assert!(stderr.contains("no run with this domain"), "{stderr}");
     }
 }
 
 #[test]
-fn a_preset_is_a_template_that_flies() {
+fn every_preset_flies_when_used_as_a_template() {
     let (code, list, _) = output(&["scenario", "list"]);
     assert_eq!(code, Some(0));
     let folder = tempfile::tempdir().unwrap();
@@ -114,7 +114,7 @@ fn a_preset_is_a_template_that_flies() {
 }
 
 #[test]
-fn processes_started_by_hand_fly_the_same() {
+fn processes_started_by_hand_do_not_change_the_flight() {
     let expected = Swarm::fly("paper-4.1").with("--duration 20").finish();
     let parts = ["world", "leader", "recorder", "agent-2"];
     let by_hand: String = parts.map(|part| format!("--by-hand {part} ")).concat();
@@ -136,14 +136,14 @@ fn processes_started_by_hand_fly_the_same() {
 }
 
 #[test]
-fn a_place_that_is_taken_is_refused_and_one_that_is_free_is_not() {
+fn a_second_agent_for_a_uav_is_refused_until_the_first_is_lost() {
     let mut run = Swarm::fly("paper-4.1").with("--real-time --duration 4").start();
     let domain = run.domain().id().to_string();
     let agent = run.process(Part::Agent(UavId(4)));
     let arguments = ["agent", "--uav", "4", "--domain", &domain];
-    let (code, _, said) = output(&arguments);
+    let (code, _, stderr) = output(&arguments);
     assert_eq!(code, Some(1));
-    assert!(said.contains(&format!("process {agent} already is the uav 4")), "{said}");
+    assert!(stderr.contains(&format!("process {agent} already is the uav 4")), "{stderr}");
     crate::harness::send(agent, rustix::process::Signal::KILL);
     run.wait_for_line("uav 4 flies without its agent");
     let mut successor = ringwing().args(arguments).spawn().unwrap();
@@ -151,6 +151,6 @@ fn a_place_that_is_taken_is_refused_and_one_that_is_free_is_not() {
     let run = run.finish();
     assert!(successor.wait().unwrap().success());
     let states = run.log().states(4);
-    assert_eq!(states.last().unwrap().mode, "commanded", "flown by the agent that was started by hand");
+    assert_eq!(states.last().unwrap().mode, "commanded", "the agent that was started by hand flies uav 4");
     run.assert_nothing_left();
 }

@@ -1,10 +1,10 @@
-//! Which crate and which module may use which: ARCHITECTURE.md draws the arrows, this test guards them.
+//! The dependencies between crates and between modules that ARCHITECTURE.md allows.
 //!
-//! Reads what cargo and the compiler read: `cargo metadata` for crates, and every path of the parsed source for modules.
+//! The tests read `cargo metadata` for the crates and every path in the parsed source for the modules.
 
 use serde_json::Value;
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::Command,
@@ -14,12 +14,12 @@ use syn::{
     visit::{self, Visit},
 };
 
-/// A crate of the workspace, the crates it may use, and its modules with I/O. All its other modules are pure.
+/// A crate of the workspace, the crates that it uses, and its modules with I/O. All its other modules are pure.
 struct Room {
-    /// Its folder; the root package has none.
+    /// Folder of the crate; empty for the root package.
     folder: &'static str,
     uses: &'static [&'static str],
-    /// Files and folders below `src/`; a lone `""` means that the crate makes no promise at all.
+    /// Files and folders below `src/` that may do I/O; a single `""` exempts the whole crate.
     with_io: &'static [&'static str],
 }
 
@@ -79,7 +79,7 @@ const ROOMS: [Room; 11] = [
     Room { folder: "flight", uses: &[], with_io: &[] },
 ];
 
-/// What a pure module never names: shared memory, processes, threads, clocks, files, the command line.
+/// Paths that a pure module must never name: shared memory, processes, threads, clocks, files, the command line.
 const IMPURE: [&str; 15] = [
     "clap",
     "iceoryx2",
@@ -101,7 +101,7 @@ const IMPURE: [&str; 15] = [
 #[test]
 fn crates_depend_only_as_the_architecture_allows() {
     let packages = packages();
-    assert_eq!(packages.len(), ROOMS.len(), "a crate that this test does not know");
+    assert_eq!(packages.len(), ROOMS.len(), "the workspace and ROOMS list different crates");
     for Room { folder, uses, .. } in &ROOMS {
         let name = if folder.is_empty() { "ringwing".into() } else { format!("ringwing-{folder}") };
         let package = packages.iter().find(|package| package["name"] == name.as_str()).unwrap();
@@ -128,12 +128,16 @@ fn packages() -> Vec<Value> {
 }
 
 #[test]
-fn pure_modules_name_no_shared_memory_processes_clocks_or_files() {
+fn pure_modules_use_no_shared_memory_processes_clocks_or_files() {
     let mut wrong = Vec::new();
     for room in ROOMS.iter().filter(|room| room.with_io != [""]) {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(room.folder).join("src");
         for place in room.with_io {
-            assert!(source.join(place).exists(), "{}: {place} is gone; take it off the list", room.folder);
+            assert!(
+                source.join(place).exists(),
+                "{}: {place} does not exist; remove it from ROOMS",
+                room.folder
+            );
         }
         let forbidden = forbidden_in(room);
         for file in source_files(&source).iter().filter(|file| !has_io(room, &source, file)) {
@@ -147,7 +151,7 @@ fn pure_modules_name_no_shared_memory_processes_clocks_or_files() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What the pure modules of `room` never name: I/O itself, and the room's own modules that do I/O.
+/// Paths that the pure modules of `room` must not name: [`IMPURE`] and the modules of `room` that do I/O.
 fn forbidden_in(room: &Room) -> Vec<String> {
     let module = |place: &&str| {
         let stem = place.trim_end_matches(".rs").replace('/', "::");
@@ -164,7 +168,7 @@ fn is_within(path: &str, rule: &str) -> bool {
     path.strip_prefix(rule).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
 }
 
-/// Source files below `folder`, without those of tests alone.
+/// Source files below `folder`, without files that only tests use.
 fn source_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = entries
@@ -176,7 +180,7 @@ fn source_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Every path that `file` names outside its tests, from the crate's root on.
+/// Every path that `file` names outside its tests, absolute: `super` and `self` are resolved.
 fn paths_in(source: &Path, file: &Path) -> Vec<String> {
     let parsed = syn::parse_file(&fs::read_to_string(file).unwrap()).unwrap();
     let mut paths = Paths { module: module_of(source, file), found: Vec::new() };
@@ -184,7 +188,7 @@ fn paths_in(source: &Path, file: &Path) -> Vec<String> {
     paths.found
 }
 
-/// The names from the crate's root to the module in `file`.
+/// The names of the modules on the way from the crate's root to `file`.
 fn module_of(source: &Path, file: &Path) -> Vec<String> {
     let relative = file.strip_prefix(source).unwrap().with_extension("");
     let names = relative.iter().map(|name| name.to_str().unwrap().to_owned());
@@ -237,7 +241,7 @@ impl<'ast> Visit<'ast> for Paths {
         visit::visit_path(self, path);
     }
 
-    /// Derives name macros inside tokens that `syn` does not parse: `#[derive(clap::Args)]`.
+    /// Reads the macros in derives, such as `#[derive(clap::Args)]`: `syn` leaves their tokens unparsed.
     fn visit_attribute(&mut self, attribute: &'ast Attribute) {
         if let Ok(list) = attribute.meta.require_list() {
             for word in list.tokens.to_string().replace(' ', "").split(',') {
@@ -262,7 +266,64 @@ fn is_for_tests(attributes: &[Attribute]) -> bool {
 }
 
 #[test]
-fn the_check_itself_sees_every_way_to_name_a_thing() {
+fn modules_of_a_crate_do_not_depend_on_each_other_in_a_cycle() {
+    for room in &ROOMS {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(room.folder).join("src");
+        let modules: BTreeMap<String, PathBuf> = source_files(&source)
+            .into_iter()
+            .map(|file| (module_of(&source, &file).join("::"), file))
+            .collect();
+        let needs = |module: &String| -> BTreeSet<String> {
+            let paths = paths_in(&source, &modules[module]);
+            let named = paths.iter().filter_map(|path| module_named(path, &modules));
+            // A module may re-export what its submodules define and its submodules may use it, so ignore these pairs.
+            named.filter(|other| !is_inside(module, other) && !is_inside(other, module)).collect()
+        };
+        let graph: BTreeMap<&String, BTreeSet<String>> =
+            modules.keys().map(|module| (module, needs(module))).collect();
+        for module in modules.keys() {
+            let cycle = cycle_from(module, &graph);
+            assert!(cycle.is_none(), "{}: {}", room.folder, cycle.unwrap_or_default().join(" -> "));
+        }
+    }
+}
+
+/// The module whose item `path` names: the longest prefix of the path that is a module.
+fn module_named(path: &str, modules: &BTreeMap<String, PathBuf>) -> Option<String> {
+    let mut name = path.strip_prefix("crate::")?;
+    loop {
+        if modules.contains_key(name) {
+            return Some(name.to_owned());
+        }
+        name = name.rsplit_once("::")?.0;
+    }
+}
+
+/// Whether the module `one` is `other` or inside it. The crate's root, which contains every module, does not count.
+fn is_inside(one: &str, other: &str) -> bool {
+    !other.is_empty() && is_within(one, other)
+}
+
+/// A chain of dependencies from `module` back to itself, if there is one.
+fn cycle_from(module: &String, graph: &BTreeMap<&String, BTreeSet<String>>) -> Option<Vec<String>> {
+    let mut chains: Vec<Vec<String>> = vec![vec![module.clone()]];
+    let mut seen = BTreeSet::new();
+    while let Some(chain) = chains.pop() {
+        for next in graph.get(chain.last()?).into_iter().flatten() {
+            let longer = [chain.as_slice(), std::slice::from_ref(next)].concat();
+            if next == module {
+                return Some(longer);
+            }
+            if seen.insert(next.clone()) {
+                chains.push(longer);
+            }
+        }
+    }
+    None
+}
+
+#[test]
+fn the_check_finds_imports_paths_and_derives_but_not_those_of_tests() {
     let text = "
         use std::{fs, time::{Duration, Instant as Now}};
         use super::process::run;
@@ -278,5 +339,5 @@ fn the_check_itself_sees_every_way_to_name_a_thing() {
     for rule in ["std::fs", "std::time::Instant", "crate::process", "clap", "std::thread"] {
         assert!(sees(rule), "{rule}: {:?}", paths.found);
     }
-    assert!(!sees("std::net"), "what only tests use does not count");
+    assert!(!sees("std::net"), "a path that only tests name was reported");
 }

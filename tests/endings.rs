@@ -1,4 +1,4 @@
-//! How runs end that do not end as planned: with their reason, their log closed, and nothing left behind.
+//! Runs that end early. Each reports why, closes its log if a process is left to do so, and leaves nothing behind.
 
 use crate::harness::{Swarm, leftovers, processes_of, ringwing, send, wait_until, wait_until_gone};
 use ringwing_flight::Part;
@@ -8,7 +8,7 @@ use std::{process::Command, time::Duration};
 const MODES: [&str; 2] = ["--duration 36000", "--real-time --duration 3600"];
 
 #[test]
-fn an_interrupted_run_closes_its_log_and_says_how_far_it_came() {
+fn an_interrupted_run_closes_its_log_and_reports_how_far_it_flew() {
     for (mode, signal) in MODES.into_iter().zip([Signal::INT, Signal::TERM]) {
         let run = Swarm::fly("paper-4.2").with(mode).start();
         run.wait_for_second(1.5);
@@ -27,7 +27,7 @@ fn an_interrupted_run_closes_its_log_and_says_how_far_it_came() {
 }
 
 #[test]
-fn an_interrupt_before_the_flight_ends_the_run_too() {
+fn an_interrupt_before_the_flight_begins_ends_the_run() {
     let run = Swarm::fly("paper-4.2").with("--uavs 40 --duration 36000").start();
     send(run.launcher(), Signal::INT);
     let run = run.finish();
@@ -35,7 +35,7 @@ fn an_interrupt_before_the_flight_ends_the_run_too() {
 }
 
 #[test]
-fn an_interrupt_at_any_moment_of_the_start_leaves_nothing() {
+fn an_interrupt_at_any_moment_during_startup_leaves_nothing_behind() {
     for milliseconds in [0, 2, 5, 10, 20, 40, 80, 160] {
         let out = tempfile::tempdir().unwrap();
         let mut child = ringwing()
@@ -46,7 +46,8 @@ fn an_interrupt_at_any_moment_of_the_start_leaves_nothing() {
             .spawn()
             .unwrap();
         std::thread::sleep(Duration::from_millis(milliseconds));
-        // Not SIGINT: what a shell runs in the background is born deaf to it, and so are we until we handle it.
+        // SIGTERM, because a shell starts background commands with SIGINT ignored: if the tests run in the background, a
+        // SIGINT is lost until the launcher has installed its handler.
         send(child.id(), Signal::TERM);
         let launcher = child.id();
         wait_until("the run ends", || child.try_wait().unwrap());
@@ -63,7 +64,7 @@ fn an_interrupt_at_any_moment_of_the_start_leaves_nothing() {
 }
 
 #[test]
-fn two_interrupts_during_the_start_end_the_run() {
+fn two_interrupts_during_startup_end_the_run() {
     for milliseconds in [20, 60, 100, 140, 180] {
         let run = Swarm::fly("paper-4.2").with("--uavs 60 --duration 36000").start();
         std::thread::sleep(Duration::from_millis(milliseconds));
@@ -75,7 +76,7 @@ fn two_interrupts_during_the_start_end_the_run() {
 }
 
 #[test]
-fn a_world_that_is_asked_to_leave_early_has_not_flown_the_scenario() {
+fn a_world_that_is_stopped_early_fails_the_run() {
     let run = Swarm::fly("paper-4.2").with("--duration 36000").start();
     run.wait_for_second(1.0);
     run.signal(Part::World, Signal::TERM);
@@ -85,7 +86,7 @@ fn a_world_that_is_asked_to_leave_early_has_not_flown_the_scenario() {
 }
 
 #[test]
-fn nobody_needs_to_read_what_it_says() {
+fn a_run_does_not_fail_when_its_output_is_closed() {
     let out = tempfile::tempdir().unwrap();
     let script = format!(
         "{} run paper-4.1 --duration 5 --out {} 2>&1 | true",
@@ -112,7 +113,7 @@ fn a_process_started_by_hand_ends_when_its_launcher_is_gone() {
 }
 
 #[test]
-fn a_second_interrupt_ends_even_a_run_whose_world_does_not_answer() {
+fn a_second_interrupt_ends_a_run_whose_world_does_not_answer() {
     let mut run = Swarm::fly("paper-4.2").with("--duration 36000 --set answer_timeout_s=60").start();
     run.wait_for_second(1.0);
     run.signal(Part::World, Signal::STOP);
@@ -149,11 +150,11 @@ fn a_world_that_stays_frozen_ends_the_run() {
     assert!(run.stderr.contains("world stayed frozen for too long"), "{}", run.stderr);
 }
 
-/// Kills a launcher; returns the domain that it left, once its processes have ended by themselves.
+/// Kills a launcher and waits until its processes have ended by themselves. Returns the domain left behind.
 fn orphan(mode: &str) -> ringwing_bus::DomainId {
     let run = Swarm::fly("paper-4.2").with(mode).start();
     run.wait_for_second(1.0);
-    // Frozen processes can do nothing by themselves, and end all the same.
+    // Frozen processes cannot react, so this also shows that the kernel ends them.
     run.signal(Part::Leader, Signal::STOP);
     run.signal(Part::Recorder, Signal::STOP);
     let domain = run.domain().id().clone();
@@ -167,13 +168,13 @@ fn orphan(mode: &str) -> ringwing_bus::DomainId {
 }
 
 #[test]
-fn the_processes_of_a_killed_launcher_end_and_what_they_leave_is_removed() {
+fn the_processes_of_a_killed_launcher_end_and_their_remains_are_removed() {
     for (mode, remove) in
         MODES.into_iter().zip([&["clean"][..], &["run", "paper-4.1", "--duration", "1", "--no-record"]])
     {
         let domain = orphan(mode);
         let out = tempfile::tempdir().unwrap();
-        // Another test's run may have cleaned up already; what counts is that this one leaves nothing.
+        // The run of another test may have removed the domain already. Only the result matters: nothing is left.
         let status = ringwing().args(remove).current_dir(out.path()).output().unwrap().status;
         assert!(status.code().is_some_and(|code| code != 1), "{status}");
         wait_until_gone(&domain);
@@ -181,7 +182,7 @@ fn the_processes_of_a_killed_launcher_end_and_what_they_leave_is_removed() {
 }
 
 #[test]
-fn clean_leaves_runs_alone_that_go_on() {
+fn clean_does_not_touch_live_runs() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 1").start();
     assert!(ringwing().arg("clean").output().unwrap().status.success());
     assert!(!leftovers(run.domain().id()).is_empty());
@@ -189,31 +190,31 @@ fn clean_leaves_runs_alone_that_go_on() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_a_clear_error() {
+fn a_folder_that_cannot_be_written_is_reported_with_a_remedy() {
     let file = tempfile::NamedTempFile::new().unwrap();
     for out in [file.path().display().to_string(), "/proc/no/such".into()] {
         let output = ringwing().args(["run", "--out", &out]).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{said}");
-        assert!(said.contains(&out) && said.contains("choose another folder with --out"), "{said}");
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains(&out) && stderr.contains("choose another folder with --out"), "{stderr}");
     }
 }
 
 #[test]
-fn a_full_disk_ends_the_log_and_not_the_flight() {
+fn a_full_disk_ends_the_log_but_not_the_flight() {
     let out = tempfile::tempdir().unwrap();
-    // Files may not grow beyond 6 MB: enough for shared memory, too little for this log. The signal that would kill the
-    // writer is ignored, so that it sees a failed write, as on a full disk.
+    // The file size limit of 6 MB is enough for shared memory and too small for this log. The script ignores the signal
+    // that would kill the writer, so the write fails as it does on a full disk.
     let script = format!(
         "trap '' XFSZ; ulimit -f 6000; exec {} run paper-4.2 --duration 200 --out {}",
         env!("CARGO_BIN_EXE_ringwing"),
         out.path().display()
     );
     let output = Command::new("bash").args(["-c", &script]).output().unwrap();
-    let (table, said) =
+    let (table, stderr) =
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
-    assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.contains("run.mcap"), "{said}");
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("run.mcap"), "{stderr}");
     assert!(table.contains("the log is incomplete") && table.contains("200.0 s in"), "{table}");
     let folder = std::fs::read_dir(out.path()).unwrap().next().unwrap().unwrap().path();
     assert!(crate::harness::log::Log::read(&folder.join("run.mcap")).states(1).len() > 1000);

@@ -1,4 +1,4 @@
-//! What is done to a run on purpose: exactly at its tick, told, counted, and the same each time.
+//! Planned faults: each takes effect at exactly its tick, is logged and counted, and repeats to the bit.
 
 use crate::harness::{Finished, Running, Swarm, ringwing};
 use ringwing_recorder::schema::UavState;
@@ -14,38 +14,38 @@ fn flown(faults: &[&str], arguments: &str) -> Finished {
     run
 }
 
-fn assert_told(run: &Finished, line: &str) {
+fn assert_logged(run: &Finished, line: &str) {
     let lines = run.log().lines();
-    assert!(lines.iter().any(|told| told == line), "no {line:?} in {lines:#?}");
+    assert!(lines.iter().any(|logged| logged == line), "no {line:?} in {lines:#?}");
 }
 
-/// The ticks in which the mode changed, each with the new mode.
+/// The ticks at which the mode changed, each with the new mode.
 fn changes(states: &[UavState]) -> Vec<(i64, &str)> {
     let pairs = states.windows(2).filter(|pair| pair[0].mode != pair[1].mode);
     pairs.map(|pair| (pair[1].tick, pair[1].mode.as_str())).collect()
 }
 
-/// The ticks without a command of UAV `uav`, from the first to the last, up to `end`.
+/// The first and the last tick up to `end` without a command from UAV `uav`; `None` if it commanded in every tick.
 fn silence(run: &Finished, uav: u32, end: i64) -> Option<(i64, i64)> {
-    let heard: Vec<i64> = run.log().controls(uav).iter().map(|control| control.tick).collect();
-    let silent: Vec<i64> = (0..=end).filter(|tick| !heard.contains(tick)).collect();
+    let commanded: Vec<i64> = run.log().controls(uav).iter().map(|control| control.tick).collect();
+    let silent: Vec<i64> = (0..=end).filter(|tick| !commanded.contains(tick)).collect();
     Some((*silent.first()?, *silent.last()?))
 }
 
 #[test]
-fn a_process_is_killed_at_exactly_its_tick_and_the_flight_is_the_same_each_time() {
+fn a_process_is_killed_at_exactly_its_tick_and_the_flight_repeats_to_the_bit() {
     let faults = ["at 5 s kill uav 3", "at 6.5 s kill random 2 uavs"];
     let runs = [0, 1].map(|_| flown(&faults, "--duration 10"));
     assert_eq!(runs[0].text("payload_hash"), runs[1].text("payload_hash"));
     assert_eq!(silence(&runs[0], 3, 1000), Some((500, 1000)));
     assert_eq!(changes(&runs[0].log().states(3)), [(550, "loiter")]);
-    assert_told(&runs[0], "fault.kill: uav 3 is killed: kill uav 3");
+    assert_logged(&runs[0], "fault.kill: uav 3 is killed: kill uav 3");
     let undisturbed = flown(&[], "--duration 10");
     assert_ne!(runs[0].text("payload_hash"), undisturbed.text("payload_hash"));
 }
 
 #[test]
-fn agents_come_back_at_exactly_their_tick() {
+fn agents_return_at_exactly_their_tick() {
     let faults = [
         "at 3 s restart uav 2 after 2 s",
         "at 4 s freeze uav 5 for 1.5 s",
@@ -55,12 +55,12 @@ fn agents_come_back_at_exactly_their_tick() {
     for run in &runs {
         assert_eq!(run.text("payload_hash"), runs[0].text("payload_hash"));
         assert_eq!(silence(run, 2, 1200), Some((300, 499)));
-        // Whoever is thawed answers the tick that is open, too late to count.
+        // A thawed agent first answers the tick that is still open. That command is late and not used.
         assert_eq!(silence(run, 5, 1200).map(|(first, _)| first), Some(400));
         assert_eq!(changes(&run.log().states(2)), [(350, "loiter"), (501, "commanded")]);
     }
-    assert_told(&runs[0], "fault.start: uav 2 is started: restart uav 2 after 2 s");
-    assert_told(&runs[0], "fault.thaw: uav 5 is thawed: freeze uav 5 for 1.5 s");
+    assert_logged(&runs[0], "fault.start: uav 2 is started: restart uav 2 after 2 s");
+    assert_logged(&runs[0], "fault.thaw: uav 5 is thawed: freeze uav 5 for 1.5 s");
     assert_eq!(runs[0].log().lines().iter().filter(|line| line.starts_with("fault.kill: uav 4")).count(), 2);
     let faults = runs[0].log().faults();
     assert!(faults.iter().any(|now| now.lost_names == ["uav 2"]), "{faults:?}");
@@ -68,13 +68,13 @@ fn agents_come_back_at_exactly_their_tick() {
 }
 
 #[test]
-fn a_leader_that_is_killed_on_purpose_stays_away_and_is_missed() {
+fn a_leader_killed_by_a_fault_is_not_replaced() {
     let run = flown(&["at 5 s restart leader after 2 s"], "--duration 10");
     let again = flown(&["at 5 s restart leader after 2 s"], "--duration 10");
     assert_eq!(run.text("payload_hash"), again.text("payload_hash"));
     let ages: Vec<f64> = run.log().controls(1).iter().filter_map(|control| control.leader_age_s).collect();
     let oldest = ages.iter().copied().fold(0.0, f64::max);
-    assert!((oldest - 2.01).abs() < 1e-9, "the leader's data came to be {oldest} s old");
+    assert!((oldest - 2.01).abs() < 1e-9, "the leader's data were {oldest} s old at most, expected 2.01 s");
     assert_eq!(*ages.last().unwrap(), 0.01);
     let gone = flown(&["at 5 s kill leader"], "--duration 10");
     assert_eq!(gone.log().controls(1).last().unwrap().leader_age_s, Some(5.01));
@@ -82,22 +82,22 @@ fn a_leader_that_is_killed_on_purpose_stays_away_and_is_missed() {
 }
 
 #[test]
-fn a_delay_shows_as_age_and_only_on_its_link() {
+fn a_delay_ages_the_data_of_its_link_only() {
     let run = flown(&["at 5 s link 2->3 delay 200 ms for 2 s"], "--duration 10");
     let ages = |uav, of: fn(&ringwing_recorder::schema::UavControl) -> Option<f64>| -> Vec<f64> {
         run.log().controls(uav).iter().filter_map(of).collect()
     };
     let previous = ages(3, |control| control.previous_age_s);
     assert_eq!((previous[500], previous[519], previous[600]), (0.01, 0.2, 0.21));
-    assert_eq!(previous[702], 0.01, "what is sent after it comes at once again");
+    assert_eq!(previous[702], 0.01, "samples sent after the delay ends arrive without delay");
     assert!(ages(3, |control| control.next_age_s).iter().all(|age| *age == 0.01));
     assert!(ages(1, |control| control.next_age_s).iter().all(|age| *age == 0.01));
-    assert_told(&run, "fault.link: link 2->3 delay 200 ms for 2 s");
-    assert_told(&run, "fault.healed: link 2->3 delay 200 ms for 2 s");
+    assert_logged(&run, "fault.link: link 2->3 delay 200 ms for 2 s");
+    assert_logged(&run, "fault.healed: link 2->3 delay 200 ms for 2 s");
 }
 
 #[test]
-fn what_became_of_every_sample_is_counted() {
+fn every_sample_of_a_link_with_faults_is_counted() {
     let faults = [
         "at 0 s link all loss 30 %",
         "at 2 s link 1<->2 duplicate 50 %",
@@ -110,7 +110,7 @@ fn what_became_of_every_sample_is_counted() {
         assert_eq!(one.offered + one.duplicated, one.delivered + one.lost + one.in_flight, "{one:?}");
     }
     let totals = run.summary["flight"]["links"].as_array().unwrap();
-    assert_eq!(totals.len(), 6 * 3, "two neighbours and the leader");
+    assert_eq!(totals.len(), 6 * 3, "each UAV has three links: two neighbours and the leader");
     for total in totals {
         let of = |key: &str| total[key].as_u64().unwrap();
         assert_eq!(of("offered"), 1001, "{total}");
@@ -120,7 +120,7 @@ fn what_became_of_every_sample_is_counted() {
     assert_eq!(run.text("payload_hash"), flown(&faults, "--duration 10").text("payload_hash"));
 }
 
-/// Asks a run for something: the exit code and what is said.
+/// Sends a request to a run with `ringwing fault`. Returns the exit code and the output.
 fn ask(run: &Running, sentence: &str) -> (Option<i32>, String) {
     let id = run.domain().id().to_string();
     let Output { status, stdout, stderr } = ringwing().args(["fault", &id, sentence]).output().unwrap();
@@ -128,16 +128,16 @@ fn ask(run: &Running, sentence: &str) -> (Option<i32>, String) {
 }
 
 #[test]
-fn a_run_in_the_air_says_when_it_did_what_it_was_asked_for() {
+fn a_live_run_answers_each_request_with_its_tick_or_a_reason() {
     for mode in ["--duration 36000", "--real-time --duration 3600"] {
         let run = Swarm::fly("paper-4.1").with(mode).start();
         run.wait_for_second(0.5);
         assert_eq!(ask(&run, "list"), (Some(0), "none\n".into()));
         for sentence in ["link 2->3 delay 200 ms", "freeze uav 5", "thaw uav 5", "restart uav 4 after 100 ms"]
         {
-            let (code, said) = ask(&run, sentence);
-            assert_eq!(code, Some(0), "{said}");
-            assert!(said.starts_with("tick ") && said.trim_end().ends_with(sentence), "{said}");
+            let (code, output) = ask(&run, sentence);
+            assert_eq!(code, Some(0), "{output}");
+            assert!(output.starts_with("tick ") && output.trim_end().ends_with(sentence), "{output}");
         }
         assert!(ask(&run, "list").1.contains(" s: link 2->3 delay 200 ms"));
         for (sentence, code, why) in [
@@ -154,19 +154,19 @@ fn a_run_in_the_air_says_when_it_did_what_it_was_asked_for() {
         let run = run.finish();
         run.assert_ended_with(1);
         let lines = run.log().lines();
-        for told in [
+        for logged in [
             "fault.requested: at ",
             "fault.link: link 2->3 delay 200 ms",
             "fault.healed: link 2->3",
             "fault.refused: uav 3 is not frozen",
         ] {
-            assert!(lines.iter().any(|line| line.starts_with(told)), "no {told:?} in {lines:#?}");
+            assert!(lines.iter().any(|line| line.starts_with(logged)), "no {logged:?} in {lines:#?}");
         }
     }
 }
 
 #[test]
-fn late_senses_upset_the_papers_law_and_not_the_one_that_knows_what_it_commanded() {
+fn late_senses_upset_the_papers_law_but_not_the_resilient_law() {
     let farthest = |law: &str| {
         let run = flown(&["at 20 s link own->3 delay 150 ms"], &format!("--law {law} --duration 40"));
         let of = |uav| {
@@ -176,22 +176,25 @@ fn late_senses_upset_the_papers_law_and_not_the_one_that_knows_what_it_commanded
         (of(3), of(6))
     };
     let (own, _) = farthest("paper");
-    assert!(own > 1.0, "150 ms are too late for the heading loop, and yet it is {own} m off at most");
+    assert!(own > 1.0, "150 ms should be too late for the heading loop, but the slot error is only {own} m");
     let (own, other) = farthest("resilient");
-    assert!(own < 0.05 && other < 0.05, "{own} m and {other} m off");
+    assert!(own < 0.05 && other < 0.05, "slot errors: {own} m (uav 3), {other} m (uav 6)");
 }
 
 #[test]
-fn a_slow_uav_is_waited_for_in_lockstep_and_flies_on_older_commands_in_real_time() {
+fn lockstep_waits_for_a_slow_uav_and_real_time_reuses_its_commands() {
     let slow = ["at 0.5 s slow uav 3 by 25 ms for 1 s"];
     let undisturbed = flown(&[], "--duration 3");
     assert_eq!(flown(&slow, "--duration 3").text("payload_hash"), undisturbed.text("payload_hash"));
     let reused = flown(&slow, "--duration 3 --real-time").summary["reused_commands"].as_u64().unwrap();
-    assert!(reused >= 50, "of 100 ticks at most every third is answered in time, and only {reused} reused");
+    assert!(
+        reused >= 50,
+        "at most every third of 100 ticks is answered in time, but only {reused} commands were reused"
+    );
 }
 
 #[test]
-fn delays_are_replayed_from_a_file_that_may_lie_anywhere() {
+fn delays_are_replayed_from_a_file_in_any_folder() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("wifi.txt");
     std::fs::write(&path, "0.02\n0.05\n0\n").unwrap();
@@ -202,21 +205,21 @@ fn delays_are_replayed_from_a_file_that_may_lie_anywhere() {
         .filter_map(|control| control.previous_age_s)
         .map(|age_s| (age_s * 100.0).round() as i64)
         .collect();
-    // Sent at 500: due at 503; at 501: at 507; at 502: at 503; and so on, three by three.
+    // The delays repeat every three ticks: samples sent at ticks 500, 501 and 502 arrive at 503, 507 and 503.
     assert_eq!(ages[..9], [1, 2, 3, 1, 2, 3, 1, 2, 3]);
     assert_eq!(ages[150..153], ages[153..156]);
 }
 
 #[test]
-fn a_recorder_that_is_killed_on_purpose_is_replaced_and_nothing_of_the_flight_changes() {
+fn a_recorder_killed_by_a_fault_is_replaced_and_the_flight_does_not_change() {
     let run = flown(&["at 3 s kill recorder", "at 5 s freeze recorder for 1 s"], "--duration 10");
     assert_eq!(run.text("payload_hash"), flown(&[], "--duration 10").text("payload_hash"));
     assert_eq!(run.log().states(1).last().unwrap().tick, 1000);
-    assert_told(&run, "fault.kill: recorder is killed: kill recorder");
+    assert_logged(&run, "fault.kill: recorder is killed: kill recorder");
 }
 
 #[test]
-fn a_flight_with_faults_is_verified_and_repeated_by_its_command() {
+fn verify_and_the_printed_command_repeat_a_flight_with_faults() {
     let run = flown(&["at 1 s kill uav 3", "at 2 s isolate 5 for 1 s"], "--duration 6");
     let log = run.folder.join("run.mcap");
     let verified = ringwing().arg("verify").arg(&log).output().unwrap();
@@ -230,7 +233,7 @@ fn a_flight_with_faults_is_verified_and_repeated_by_its_command() {
 }
 
 #[test]
-fn what_cannot_be_is_refused_before_anything_starts() {
+fn impossible_faults_are_refused_before_anything_starts() {
     for (sentence, why) in [
         ("kill uav 3", "expected a time first"),
         ("at 3 s kill uav 9", "there is no uav 9"),
@@ -238,13 +241,13 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         ("at 3 s link 2->3 delay file \"nowhere.txt\"", "nowhere.txt"),
     ] {
         let output = ringwing().args(["run", "paper-4.1", "--fault", sentence]).output().unwrap();
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(output.status.code() == Some(2) && said.contains(why), "{sentence}: {said}");
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && stderr.contains(why), "{sentence}: {stderr}");
     }
 }
 
 #[test]
-fn shells_are_told_how_to_complete_the_command() {
+fn completion_prints_a_script_for_each_shell() {
     for shell in ["bash", "zsh", "fish"] {
         let output = ringwing().args(["completion", shell]).output().unwrap();
         let script = String::from_utf8(output.stdout).unwrap();

@@ -1,4 +1,4 @@
-//! Processes that are lost or stall without anybody having planned it.
+//! Unplanned losses: processes that die or stall although no fault asked for it.
 
 use crate::harness::{Finished, Running, Swarm, processes_of, send, wait_until};
 use ringwing_flight::{Part, UavId};
@@ -6,18 +6,18 @@ use ringwing_recorder::schema::UavState;
 use rustix::process::Signal;
 
 const AGENT: Part = Part::Agent(UavId(3));
-/// Both modes, each with a duration that leaves time for what the test does.
+/// Lockstep and real time. Shorter flights may end before the test has sent its signals.
 const MODES: [&str; 2] = ["--duration 300", "--real-time --duration 4"];
 
-/// Demands that the flight went to its end and that nothing is left of it; whether it met its requirements is another
-/// question, for the paper's law suffers from a loss.
+/// Asserts that the flight reached its end and left nothing behind. The verdict may be `VIOLATED`, because the paper's law
+/// does not recover from every loss.
 fn assert_flown(run: &Finished) {
     assert!(matches!(run.status.code(), Some(0 | 3)), "{}\n{:#}", run.stderr, run.summary);
     assert_eq!(run.summary["failures"].as_array().unwrap().len(), 0, "{}", run.stderr);
     run.assert_nothing_left();
 }
 
-fn assert_told(run: &Finished, event: &str) {
+fn assert_logged(run: &Finished, event: &str) {
     let lines = run.log().lines();
     assert!(lines.iter().any(|line| line.starts_with(event)), "no {event:?} in {lines:#?}");
 }
@@ -29,7 +29,7 @@ fn modes_of(states: &[UavState]) -> Vec<&str> {
 }
 
 #[test]
-fn a_killed_agent_leaves_its_airframe_to_the_failsafe() {
+fn the_airframe_of_a_killed_agent_goes_into_its_failsafe() {
     for mode in MODES {
         let run = Swarm::fly("paper-4.1").with(mode).start();
         run.wait_for_second(1.0);
@@ -37,19 +37,22 @@ fn a_killed_agent_leaves_its_airframe_to_the_failsafe() {
         let run = run.finish();
         assert_flown(&run);
         assert!(run.stderr.contains("error: uav 3 was killed by signal 9"), "{}", run.stderr);
-        assert_told(&run, "process.lost: uav 3 was killed by signal 9");
-        assert_told(&run, "failsafe: uav 3");
+        assert_logged(&run, "process.lost: uav 3 was killed by signal 9");
+        assert_logged(&run, "failsafe: uav 3");
         assert_eq!(modes_of(&run.log().states(3)), ["commanded", "loiter"]);
         assert_eq!(modes_of(&run.log().states(4)), ["commanded"]);
-        let felt = &run.summary["flight"]["recoveries"];
-        assert_eq!(felt.as_array().unwrap().len(), 1, "{felt}");
-        assert!(felt[0]["fault"].as_str().unwrap().starts_with("uav 3 was killed by signal 9"), "{felt}");
+        let recoveries = &run.summary["flight"]["recoveries"];
+        assert_eq!(recoveries.as_array().unwrap().len(), 1, "{recoveries}");
+        assert!(
+            recoveries[0]["fault"].as_str().unwrap().starts_with("uav 3 was killed by signal 9"),
+            "{recoveries}"
+        );
         assert_eq!(run.summary["faults"], 1);
     }
 }
 
 #[test]
-fn under_the_resilient_law_the_others_close_the_ring() {
+fn the_resilient_law_closes_the_ring_after_a_loss() {
     let run = Swarm::fly("paper-4.1").with("--duration 300 --set law=resilient").start();
     run.wait_for_second(1.0);
     run.signal(AGENT, Signal::KILL);
@@ -62,7 +65,7 @@ fn under_the_resilient_law_the_others_close_the_ring() {
 }
 
 #[test]
-fn an_airframe_without_its_agent_holds_or_vanishes_if_the_scenario_says_so() {
+fn an_airframe_without_its_agent_follows_the_failsafe_of_the_scenario() {
     for (failsafe, modes) in [("hold", vec!["commanded", "hold"]), ("vanish", vec!["commanded"])] {
         let run = Swarm::fly("paper-4.1").with(&format!("--duration 60 --set failsafe={failsafe}")).start();
         run.wait_for_second(1.0);
@@ -76,7 +79,7 @@ fn an_airframe_without_its_agent_holds_or_vanishes_if_the_scenario_says_so() {
 }
 
 #[test]
-fn a_frozen_agent_is_flown_without_and_taken_back() {
+fn the_flight_continues_without_a_frozen_agent_until_it_is_thawed() {
     for mode in MODES {
         let mut run = Swarm::fly("paper-4.1").with(mode).start();
         run.wait_for_second(1.0);
@@ -85,14 +88,14 @@ fn a_frozen_agent_is_flown_without_and_taken_back() {
         send(agent, Signal::CONT);
         let run = run.finish();
         assert_flown(&run);
-        assert_told(&run, "process.frozen: uav 3");
-        assert_told(&run, "process.thawed: uav 3");
+        assert_logged(&run, "process.frozen: uav 3");
+        assert_logged(&run, "process.thawed: uav 3");
         assert_eq!(modes_of(&run.log().states(3)), ["commanded", "loiter", "commanded"]);
     }
 }
 
 #[test]
-fn an_agent_killed_while_it_starts_is_flown_without() {
+fn the_flight_takes_place_without_an_agent_killed_during_startup() {
     for attempt in 0..6_u64 {
         let run = Swarm::fly("paper-4.1").with("--duration 5 --uavs 12").start();
         std::thread::sleep(std::time::Duration::from_micros(700 * attempt));
@@ -112,7 +115,7 @@ fn process_named(run: &Running, words: &str) -> Option<u32> {
 }
 
 #[test]
-fn a_killed_leader_or_recorder_is_replaced_and_the_flight_goes_on_as_it_would_have() {
+fn a_killed_leader_or_recorder_is_replaced_and_the_flight_does_not_change() {
     let undisturbed = Swarm::fly("paper-4.2").with("--duration 300").finish();
     for part in [Part::Leader, Part::Recorder] {
         let run = Swarm::fly("paper-4.2").with("--duration 300").start();
@@ -138,24 +141,24 @@ fn a_killed_leader_is_replaced_in_real_time() {
     run.signal(Part::Leader, Signal::KILL);
     let run = run.finish();
     assert_flown(&run);
-    assert_told(&run, "process.lost: the leader was killed by signal 9");
-    assert_told(&run, "process.ready: leader is ready");
+    assert_logged(&run, "process.lost: the leader was killed by signal 9");
+    assert_logged(&run, "process.ready: leader is ready");
     let controls = run.log().controls(1);
-    assert_eq!(controls.last().unwrap().leader_age_s, Some(0.01), "the new leader is heard");
+    assert_eq!(controls.last().unwrap().leader_age_s, Some(0.01), "uav 1 receives the new leader");
 }
 
 #[test]
-fn a_frozen_leader_is_replaced_when_it_stays_so() {
+fn a_leader_that_stays_frozen_is_replaced() {
     let run = Swarm::fly("paper-4.1").with("--duration 60 --set answer_timeout_s=0.2").start();
     run.wait_for_second(5.0);
     run.signal(Part::Leader, Signal::STOP);
     let run = run.finish();
     run.assert_ended_with(0);
-    assert_told(&run, "process.overdue: leader stayed frozen");
+    assert_logged(&run, "process.overdue: leader stayed frozen");
 }
 
 #[test]
-fn a_leader_that_cannot_be_replaced_any_more_ends_the_run_at_once() {
+fn the_loss_of_a_leader_ends_the_run_when_no_replacements_are_left() {
     for mode in ["--duration 36000", "--real-time --duration 3600"] {
         let run = Swarm::fly("paper-4.1").with(mode).with("--set supervision.replacements=0").start();
         run.wait_for_second(1.0);
@@ -169,7 +172,7 @@ fn a_leader_that_cannot_be_replaced_any_more_ends_the_run_at_once() {
 }
 
 #[test]
-fn an_agent_that_stays_frozen_is_flown_without_to_the_end() {
+fn the_flight_reaches_its_end_without_an_agent_that_stays_frozen() {
     let run = Swarm::fly("paper-4.1").with("--duration 30").start();
     run.wait_for_second(5.0);
     run.signal(AGENT, Signal::STOP);
@@ -179,7 +182,7 @@ fn an_agent_that_stays_frozen_is_flown_without_to_the_end() {
 }
 
 #[test]
-fn the_flight_begins_when_all_who_live_are_ready_and_not_before() {
+fn the_flight_begins_only_when_all_living_processes_are_ready() {
     let hashes: Vec<String> = (0..3)
         .map(|_| {
             let run = Swarm::fly("paper-4.1").with("--uavs 30 --duration 2").start();
@@ -187,7 +190,7 @@ fn the_flight_begins_when_all_who_live_are_ready_and_not_before() {
             let run = run.finish();
             assert_flown(&run);
             for uav in 2..=30 {
-                assert_eq!(run.log().controls(uav).len(), 201, "uav {uav} was there from the first tick on");
+                assert_eq!(run.log().controls(uav).len(), 201, "uav {uav} did not command in every tick");
             }
             run.text("payload_hash").to_owned()
         })
@@ -196,7 +199,7 @@ fn the_flight_begins_when_all_who_live_are_ready_and_not_before() {
 }
 
 #[test]
-fn leaders_may_die_one_after_the_other() {
+fn six_leaders_killed_in_a_row_are_replaced_and_the_flight_does_not_change() {
     let undisturbed = Swarm::fly("paper-4.2").with("--duration 200").finish();
     let run = Swarm::fly("paper-4.2").with("--duration 200").start();
     run.wait_for_second(5.0);
@@ -211,22 +214,25 @@ fn leaders_may_die_one_after_the_other() {
 }
 
 #[test]
-fn a_new_recorder_takes_over_and_says_what_is_missing() {
+fn a_new_recorder_takes_over_and_records_the_gap() {
     for (mode, ticks) in [("--duration 300", 30_000), ("--real-time --duration 4", 400)] {
         let run = Swarm::fly("paper-4.1").with(mode).start();
         run.wait_for_second(2.5);
         run.signal(Part::Recorder, Signal::KILL);
         let run = run.finish();
         assert_flown(&run);
-        assert_told(&run, "recorder.gap: ");
+        assert_logged(&run, "recorder.gap: ");
         let states = run.log().states(1);
         let lost = ticks + 1 - states.len();
-        // A second that was not flushed, and in real time the moment until the new one listened.
+        // The killed recorder had not flushed up to a second; in real time, the time until the new one listened adds to it.
         assert!(lost > 0 && lost <= 150, "{lost} ticks lost");
-        // Counted, and in real time also the ticks on either side of which not all had come.
+        // In real time the recorder also counts the tick on either side of the gap, if it received only a part of it.
         let counted = run.number("ticks_lost") as usize;
         assert!((lost..=lost + 2).contains(&counted), "{lost} lost, {counted} counted");
-        assert!(states.windows(2).all(|pair| pair[0].tick < pair[1].tick), "in order, nothing twice");
+        assert!(
+            states.windows(2).all(|pair| pair[0].tick < pair[1].tick),
+            "ticks are out of order or duplicated"
+        );
         assert_eq!(states[0].tick, 0);
         let files: Vec<_> =
             std::fs::read_dir(&run.folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
@@ -235,7 +241,7 @@ fn a_new_recorder_takes_over_and_says_what_is_missing() {
 }
 
 #[test]
-fn a_frozen_recorder_stops_the_flight_for_a_bounded_time_only() {
+fn a_frozen_recorder_holds_up_the_flight_for_a_bounded_time() {
     let mut run = Swarm::fly("paper-4.1").with("--duration 300 --set answer_timeout_s=0.2").start();
     run.wait_for_second(5.0);
     let recorder = run.signal(Part::Recorder, Signal::STOP);
@@ -244,5 +250,5 @@ fn a_frozen_recorder_stops_the_flight_for_a_bounded_time_only() {
     send(recorder, Signal::CONT);
     let run = run.finish();
     assert_flown(&run);
-    assert_told(&run, "recorder.gap: ");
+    assert_logged(&run, "recorder.gap: ");
 }

@@ -1,7 +1,10 @@
-//! End to end: real processes, real signals, real shared memory, real files; one file for each behaviour.
+//! End-to-end tests: real processes, signals, shared memory and files. Each module tests one behaviour.
 
-#![expect(clippy::unwrap_used, reason = "what is not there fails the test")]
-#![expect(unreachable_pub, reason = "the harness is a library of its own, though within one binary")]
+#![expect(clippy::unwrap_used, reason = "a missing value fails the test")]
+#![expect(
+    unreachable_pub,
+    reason = "the harness is written like a library, although it is part of one binary"
+)]
 
 mod harness;
 

@@ -1,4 +1,4 @@
-//! The presets with faults: what the paper's law makes of each, and the resilient one.
+//! The presets with faults, flown by the paper's law and by the resilient law.
 
 use crate::harness::{Finished, Swarm};
 
@@ -10,31 +10,32 @@ fn flown(preset: &str, law: &str) -> Finished {
 }
 
 #[test]
-fn the_resilient_law_meets_what_each_preset_asks_for_and_the_papers_does_not() {
+fn the_resilient_law_passes_every_preset_and_the_papers_law_fails_under_lasting_faults() {
     for preset in ["dropout", "dropout-return", "delay", "lossy", "partition", "leader-loss", "storm"] {
         let resilient = flown(preset, "resilient");
         resilient.assert_ended_with(0);
         assert_eq!(resilient.summary["flight"]["views"], 1, "{preset}: {:#}", resilient.summary);
         let paper = flown(preset, "paper");
-        let (felt, healed) = (paper.number("slot_error_max_m"), resilient.number("slot_error_max_m"));
-        assert!(healed < 0.05, "{preset}: {healed}");
-        // Whose fault is over before the end, the paper's law may come to rest again.
+        let (paper_error_m, resilient_error_m) =
+            (paper.number("slot_error_max_m"), resilient.number("slot_error_max_m"));
+        assert!(resilient_error_m < 0.05, "{preset}: {resilient_error_m}");
+        // The paper's law may settle again if the fault ends before the flight does.
         let lasts = ["dropout", "delay"].contains(&preset);
-        assert!(!lasts || felt > 10.0, "{preset}: {felt}");
+        assert!(!lasts || paper_error_m > 10.0, "{preset}: {paper_error_m}");
     }
 }
 
 #[test]
 fn the_ring_is_whole_within_ten_seconds_of_a_dropout() {
     let run = flown("dropout", "resilient");
-    let felt = &run.summary["flight"]["recoveries"];
-    assert_eq!(felt[0]["fault"], "uav 3 is killed: kill uav 3");
-    let recovery_s = felt[0]["recovery_s"].as_f64().unwrap();
-    assert!((1.0..10.0).contains(&recovery_s), "{felt:#}");
+    let recoveries = &run.summary["flight"]["recoveries"];
+    assert_eq!(recoveries[0]["fault"], "uav 3 is killed: kill uav 3");
+    let recovery_s = recoveries[0]["recovery_s"].as_f64().unwrap();
+    assert!((1.0..10.0).contains(&recovery_s), "{recoveries:#}");
 }
 
 #[test]
-fn whatever_the_storm_brings_all_agree_in_the_end_and_are_whole() {
+fn the_swarm_agrees_and_recovers_after_a_storm_of_any_seed() {
     for seed in 2..8 {
         let run = Swarm::fly("storm").with(&format!("--no-record --seed {seed}")).finish();
         run.assert_ended_with(0);

@@ -1,4 +1,4 @@
-//! Real time: the wall clock leads, nobody is waited for.
+//! Real time: the world keeps to the wall clock and does not wait for late processes.
 
 use crate::harness::{Swarm, send};
 use ringwing_flight::{Part, UavId};
@@ -14,7 +14,7 @@ fn a_second_takes_a_second_at_every_rate() {
             .finish();
         run.assert_nothing_left();
         assert_eq!(run.summary["failures"].as_array().unwrap().len(), 0, "{}", run.stderr);
-        assert!(begin.elapsed() >= Duration::from_millis(1500), "faster than time");
+        assert!(begin.elapsed() >= Duration::from_millis(1500), "the flight took less than its duration");
         assert_eq!(run.number("ticks"), 1.5 * f64::from(rate_hz));
         for count in ["missed_deadlines", "reused_commands", "late_max_us"] {
             assert!(run.number(count) >= 0.0);
@@ -23,7 +23,7 @@ fn a_second_takes_a_second_at_every_rate() {
 }
 
 #[test]
-fn commands_that_do_not_come_are_reused_and_the_schedule_is_kept() {
+fn a_missing_command_is_replaced_by_the_last_one_and_the_schedule_holds() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 2").start();
     run.wait_for_second(0.3);
     let agent = run.signal(Part::Agent(UavId(2)), Signal::STOP);
@@ -33,11 +33,14 @@ fn commands_that_do_not_come_are_reused_and_the_schedule_is_kept() {
     assert!(run.number("reused_commands") >= 25.0, "{:#}", run.summary);
     assert_eq!(run.number("ticks"), 200.0);
     let modes: Vec<String> = run.log().states(2).into_iter().map(|state| state.mode).collect();
-    assert!(modes.iter().all(|mode| mode == "commanded"), "0.3 s of silence is below the command timeout");
+    assert!(
+        modes.iter().all(|mode| mode == "commanded"),
+        "the failsafe began after 0.3 s of silence, before the command timeout"
+    );
 }
 
 #[test]
-fn a_world_that_stalls_counts_every_deadline_and_makes_up_for_none() {
+fn a_stalled_world_counts_every_missed_deadline_and_does_not_catch_up() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 2").start();
     run.wait_for_second(0.3);
     let begin = Instant::now();
@@ -47,6 +50,6 @@ fn a_world_that_stalls_counts_every_deadline_and_makes_up_for_none() {
     let run = run.finish();
     assert!(run.number("missed_deadlines") >= 45.0, "{:#}", run.summary);
     assert!(run.number("late_max_us") >= 450_000.0);
-    // 1.7 s were still to fly, and the half second was not caught up.
+    // The world still had 1.7 s to fly when it stalled. Catching up on the half second would end the run after 1.7 s.
     assert!(begin.elapsed() >= Duration::from_millis(2100), "{:?}", begin.elapsed());
 }

@@ -1,4 +1,4 @@
-//! From the smallest swarm to hundreds, with nothing to tune.
+//! Swarms from the smallest size to hundreds of UAVs fly without tuning.
 
 use crate::harness::Swarm;
 

@@ -1,4 +1,4 @@
-//! The tools that read logs: each agrees with the run, or says what is wrong with the file.
+//! The tools that read logs: each agrees with the run or reports what is wrong with the file.
 
 use crate::harness::{Finished, Swarm, ringwing};
 use ringwing_flight::Part;
@@ -24,24 +24,24 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn review_finds_in_the_log_what_the_run_reported() {
+fn review_computes_the_summary_of_the_run_from_its_log() {
     let run = Swarm::fly("paper-4.2").finish();
     let (code, json, _) = tool(&["review", text(&log_of(&run)), "--json"]);
-    let told: Value = serde_json::from_str(&json).unwrap();
+    let reviewed: Value = serde_json::from_str(&json).unwrap();
     assert_eq!(code, Some(0));
     for key in
         ["verdict", "flight", "obstacles", "collisions", "payload_hash", "settling_s", "ticks", "violations"]
     {
-        assert_eq!(told[key], run.summary[key], "{key}");
+        assert_eq!(reviewed[key], run.summary[key], "{key}");
     }
     assert!(!run.folder.join("review").exists());
 }
 
 #[test]
-fn review_draws_a_page_that_loads_nothing_from_elsewhere() {
+fn review_draws_a_self_contained_page() {
     let run = Swarm::fly("paper-4.2").finish();
-    let (code, table, said) = tool(&["review", text(&log_of(&run))]);
-    assert_eq!(code, Some(0), "{said}");
+    let (code, table, stderr) = tool(&["review", text(&log_of(&run))]);
+    assert_eq!(code, Some(0), "{stderr}");
     assert!(table.contains("clearance of Obstacle 1") && table.contains("verdict  passed"), "{table}");
     let page = fs::read_to_string(run.folder.join("review/index.html")).unwrap();
     for foreign in ["src=", "<script", "<link", "@import", "url("] {
@@ -63,30 +63,30 @@ fn review_draws_a_page_that_loads_nothing_from_elsewhere() {
     }
     let csv = fs::read_to_string(run.folder.join("review/speeds.csv")).unwrap();
     assert!(csv.starts_with("time_s,uav 1,uav 2"));
-    assert_eq!(csv.lines().count(), 9002, "tables have every tick");
+    assert_eq!(csv.lines().count(), 9002, "a table has a header and a row per tick");
 }
 
 #[test]
 fn verify_repeats_a_flight_and_finds_a_flipped_bit() {
     let run = Swarm::fly("paper-4.1").with("--duration 3").finish();
     let log = log_of(&run);
-    let (code, told, said) = tool(&["verify", text(&log)]);
-    assert_eq!(code, Some(0), "{told}{said}");
-    assert!(told.contains("repeated to the bit"), "{told}");
+    let (code, stdout, stderr) = tool(&["verify", text(&log)]);
+    assert_eq!(code, Some(0), "{stdout}{stderr}");
+    assert!(stdout.contains("repeated to the bit"), "{stdout}");
     let changed = run.folder.join("changed.mcap");
     rewrite(&log, &changed, |topic, tick, data| {
         if (topic, tick) == ("/uav/003/state", 123) {
-            // After the tick (two bytes and its tag) and the number: the tag of x_m, then the lowest byte of its double.
+            // 0x19 is the tag of x_m in the encoded message. The lowest byte of the double follows it.
             let at = data.iter().position(|byte| *byte == 0x19).unwrap() + 1;
             data[at] ^= 1;
         }
     });
-    let (code, told, _) = tool(&["verify", text(&changed)]);
-    assert_eq!(code, Some(3), "{told}");
-    assert!(told.contains("tick 123, /uav/003/state: x_m is "), "{told}");
+    let (code, stdout, _) = tool(&["verify", text(&changed)]);
+    assert_eq!(code, Some(3), "{stdout}");
+    assert!(stdout.contains("tick 123, /uav/003/state: x_m is "), "{stdout}");
 }
 
-/// Copies a log with changed messages.
+/// Copies a log and passes the topic, tick and data of each message to `change`, which may modify the data.
 fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8>)) {
     let bytes = fs::read(from).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
@@ -106,16 +106,16 @@ fn rewrite(from: &Path, to: &Path, mut change: impl FnMut(&str, u32, &mut Vec<u8
 }
 
 #[test]
-fn verify_says_why_a_flight_cannot_be_repeated() {
+fn verify_reports_why_a_flight_cannot_be_repeated() {
     let real_time = Swarm::fly("paper-4.1").with("--real-time --duration 1").finish();
     let running = Swarm::fly("paper-4.1").with("--duration 60").start();
     running.wait_for_second(1.0);
     running.signal(Part::Leader, Signal::KILL);
     for (run, reason) in [(real_time, "real-time run"), (running.finish(), "happened by chance: the leader")]
     {
-        let (code, _, said) = tool(&["verify", text(&log_of(&run))]);
+        let (code, _, stderr) = tool(&["verify", text(&log_of(&run))]);
         assert_eq!(code, Some(1));
-        assert!(said.contains("is not repeatable") && said.contains(reason), "{said}");
+        assert!(stderr.contains("is not repeatable") && stderr.contains(reason), "{stderr}");
     }
 }
 
@@ -135,7 +135,7 @@ fn compare_shows_what_differs() {
 }
 
 #[test]
-fn the_log_of_a_killed_recorder_is_read_and_recovered() {
+fn the_log_of_a_killed_recorder_can_be_reviewed_and_recovered() {
     let whole = messages(&log_of(&Swarm::fly("paper-4.1").with("--no-timing").finish()));
     for second in [0.0, 3.3, 17.7, 41.9] {
         let run = Swarm::fly("paper-4.1").with("--no-timing --set supervision.replacements=0").start();
@@ -144,20 +144,20 @@ fn the_log_of_a_killed_recorder_is_read_and_recovered() {
         let run = run.finish();
         let out = run.folder.join("recovered.mcap");
         let before = fs::read(log_of(&run)).unwrap();
-        let (code, told, said) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
-        assert_eq!(code, Some(0), "{said}");
-        assert!(told.contains("and a new index") && told.contains("has no result"), "{told}");
-        assert_eq!(fs::read(log_of(&run)).unwrap(), before, "the input is left alone");
+        let (code, stdout, stderr) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
+        assert_eq!(code, Some(0), "{stderr}");
+        assert!(stdout.contains("and a new index") && stdout.contains("has no result"), "{stdout}");
+        assert_eq!(fs::read(log_of(&run)).unwrap(), before, "recover changed its input");
         let recovered = messages(&out);
         assert!(second < 1.0 || recovered.len() > 100, "killed at {second} s");
         assert_eq!(recovered[..], whole[..recovered.len()], "killed at {second} s");
         assert!(mcap::Summary::read(&fs::read(&out).unwrap()).unwrap().unwrap().stats.is_some());
-        let (code, told, _) = tool(&["review", text(&log_of(&run)), "--json"]);
+        let (code, stdout, _) = tool(&["review", text(&log_of(&run)), "--json"]);
         assert_eq!(code, Some(1));
-        assert!(told.contains("the log breaks off at"), "{told}");
-        let (code, _, said) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
+        assert!(stdout.contains("the log breaks off at"), "{stdout}");
+        let (code, _, stderr) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
         assert_eq!(code, Some(1));
-        assert!(said.contains("exists, and is left as it is"), "{said}");
+        assert!(stderr.contains("exists, and is left as it is"), "{stderr}");
     }
 }
 
@@ -183,12 +183,12 @@ fn every_tool_refuses_a_file_that_is_not_a_log() {
         for arguments in
             [&["review", text(&file)][..], &["verify", text(&file)], &["compare", text(&file), text(&file)]]
         {
-            let (code, _, said) = tool(arguments);
-            assert_eq!(code, Some(1), "{arguments:?}: {said}");
-            assert!(said.contains(reason) && said.contains(text(&file)), "{arguments:?}: {said}");
+            let (code, _, stderr) = tool(arguments);
+            assert_eq!(code, Some(1), "{arguments:?}: {stderr}");
+            assert!(stderr.contains(reason) && stderr.contains(text(&file)), "{arguments:?}: {stderr}");
         }
     }
-    let (code, _, said) = tool(&["review", "/nowhere/run.mcap"]);
+    let (code, _, stderr) = tool(&["review", "/nowhere/run.mcap"]);
     assert_eq!(code, Some(1));
-    assert!(said.contains("/nowhere/run.mcap: cannot be read"), "{said}");
+    assert!(stderr.contains("/nowhere/run.mcap: cannot be read"), "{stderr}");
 }

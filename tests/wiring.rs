@@ -1,4 +1,4 @@
-//! Who is connected to what, read from the live services themselves.
+//! The connections of every process, read from the services of a live run.
 
 use crate::harness::{Running, Swarm};
 use iceoryx2::{
@@ -14,10 +14,10 @@ use ringwing_flight::{
 use rustix::process::Signal;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Names of the nodes that publish and that subscribe.
+/// Names of the nodes that publish to a service, and of those that subscribe to it.
 type Ends = (BTreeSet<String>, BTreeSet<String>);
 
-/// Looks into a live run as iceoryx2's own command line does: by the configuration file in the run's folder.
+/// Inspects a live run as iceoryx2's command line does, with the configuration file in the run's folder.
 struct Inspector {
     config: Config,
     node: Node<ipc::Service>,
@@ -93,7 +93,7 @@ fn set(names: &[String]) -> BTreeSet<String> {
 }
 
 #[test]
-fn an_agent_is_connected_to_its_senses_its_ring_neighbours_and_the_leader_alone() {
+fn an_agent_is_connected_only_to_its_senses_its_ring_neighbours_and_the_leader() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --uavs 5").start();
     run.wait_for_second(0.1);
     let services = Inspector::of(&run).all_ends();
@@ -105,22 +105,22 @@ fn an_agent_is_connected_to_its_senses_its_ring_neighbours_and_the_leader_alone(
             let mine = services.iter().filter(|(_, ends)| end(ends).contains(&agent));
             mine.map(|(service, _)| service.clone()).collect()
         };
-        let hears = set(&[
+        let expected_inputs = set(&[
             format!("uav/{uav}/sensed"),
             format!("uav/{previous}/state"),
             format!("uav/{next}/state"),
             "leader/state".into(),
         ]);
-        let says = set(&["state", "command", "account"].map(|kind| format!("uav/{uav}/{kind}")));
-        assert_eq!(of(|ends| &ends.1), hears, "{agent} subscribes");
-        assert_eq!(of(|ends| &ends.0), says, "{agent} publishes");
+        let expected_outputs = set(&["state", "command", "account"].map(|kind| format!("uav/{uav}/{kind}")));
+        assert_eq!(of(|ends| &ends.1), expected_inputs, "{agent} subscribes");
+        assert_eq!(of(|ends| &ends.0), expected_outputs, "{agent} publishes");
     }
     crate::harness::send(run.launcher(), Signal::INT);
     run.finish().assert_ended_with(1);
 }
 
 #[test]
-fn the_living_listen_across_a_gap_and_for_the_return_of_the_lost() {
+fn after_a_loss_its_neighbours_subscribe_to_each_other_and_still_to_the_lost_uav() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --set law=resilient").start();
     run.wait_for_second(0.5);
     run.signal(Part::Agent(UavId(3)), Signal::KILL);
@@ -136,12 +136,12 @@ fn the_living_listen_across_a_gap_and_for_the_return_of_the_lost() {
 }
 
 #[test]
-fn the_leader_hears_nobody_and_the_recorder_says_nothing_that_flies() {
+fn the_leader_subscribes_to_nothing_and_the_recorder_publishes_only_to_the_launcher() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600").start();
     run.wait_for_second(0.1);
     let services = Inspector::of(&run).all_ends();
     for (service, (publishers, subscribers)) in &services {
-        assert!(!subscribers.contains("leader"), "the leader hears {service}");
+        assert!(!subscribers.contains("leader"), "the leader subscribes to {service}");
         if publishers.contains("recorder") {
             assert_eq!(service, "recorder/formation_error");
             assert_eq!(*subscribers, set(&["launcher".into()]));

@@ -2,7 +2,7 @@
 //!
 //! [`UavAgent`] is everything an agent does in a tick: [`reception`] decides which samples it can use, the [`pilot`]
 //! what to do with them. The pilot flies the paper's control [`law`]; [`membership`] tells it who is alive.
-//! [`process`] is the operating-system process around all that, and the only module here that knows ports, clocks and
+//! [`process`] is the operating-system process around them, and the only module here that knows ports, clocks and
 //! threads.
 //!
 //! Never reads the world's truth, nor the state of any UAV that is not its ring neighbour.

@@ -26,8 +26,8 @@ pub struct Answer {
 /// One UAV's agent, without its process.
 ///
 /// A tick is [`receive`](Self::receive), [`fly`](Self::fly), [`update_inputs`](Self::update_inputs), in this order.
-/// The answer must be sent after the inputs are updated: it may end the tick, and what the others send in the next
-/// one must be heard.
+/// Send the answer only after the inputs are updated: it may end the tick, and the new inputs must be open for what
+/// the others send in the next tick.
 #[derive(Debug, Clone)]
 pub struct UavAgent {
     uav: UavId,
@@ -69,7 +69,7 @@ impl UavAgent {
         agent
     }
 
-    /// Replaces the faults of all its links. Samples in flight stay there.
+    /// Replaces the faults of all its links. Samples in flight stay in flight.
     pub fn set_faults(&mut self, faults: &[LinkFault]) {
         self.senses.set_faults(faults);
         self.leader.set_faults(faults);
@@ -108,8 +108,8 @@ impl UavAgent {
         all.flatten().filter(move |_| is_due)
     }
 
-    /// Decides what to send in `now`. A running agent answers every tick: with nothing to go by it withholds its
-    /// command.
+    /// Decides what to send in `now`. A running agent answers every tick: if it does not know where its UAV is, it
+    /// withholds its command.
     pub fn fly(&mut self, now: Tick) -> Answer {
         match self.pilot.fly(now) {
             Some(Decision { state, command, account }) => {
@@ -119,7 +119,7 @@ impl UavAgent {
         }
     }
 
-    /// Opens and closes `inputs` for the states of other UAVs, as the pilot now wants to hear them.
+    /// Opens and closes `inputs`, so that exactly the UAVs that the pilot now listens to are open.
     ///
     /// An input that closes loses what is in flight to it. One that opens is a newcomer in the next tick.
     pub fn update_inputs<I: Inputs>(&mut self, inputs: &mut I) -> Result<(), I::Error> {
@@ -141,12 +141,12 @@ impl UavAgent {
         Ok(())
     }
 
-    /// The UAVs whose states it wants to hear.
+    /// The UAVs that the pilot listens to.
     pub fn listened(&self) -> &[UavId] {
         self.pilot.listened()
     }
 
-    /// Whether the open inputs are just those that the pilot wants.
+    /// Whether the open inputs are exactly those that the pilot listens to.
     fn is_up_to_date(&self) -> bool {
         let listened = self.pilot.listened();
         let mut open = self.neighbours.iter().filter(|input| input.receiver.is_open());

@@ -316,7 +316,8 @@ impl Axes {
     }
 }
 
-/// The case of another carrier, without what it cannot vary: several sizes then become the same case.
+/// A case of another carrier. It drops the settings that the carrier cannot vary, so several combinations may become
+/// the same case.
 fn baseline(carrier: Carrier, load: Load, uavs: u32, payload_bytes: u32) -> Case {
     let uavs = if carrier == Carrier::Atomic { 1 } else { uavs };
     let payload_bytes = if carrier.carries_data() { payload_bytes } else { 0 };

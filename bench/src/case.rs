@@ -77,7 +77,7 @@ impl Case {
     /// The scenario of this case: drawn start positions, a sky without obstacles, the paper's law.
     ///
     /// # Errors
-    /// If there is no room for so many UAVs to start.
+    /// If the start box has no room for the case's UAVs.
     pub fn scenario(&self, seed: u64) -> Result<Scenario, ScenarioError> {
         let mut scenario = Scenario { name: "bench".into(), seed, ..Scenario::default() };
         scenario.formation.uavs = self.uavs;

@@ -1,7 +1,7 @@
 //! The hidden command `bench-case`, which measures one case once: its arguments, and the cases without a flight.
 //!
-//! Every measurement runs in a process of its own, so that nothing of one is left in the next. The command itself flies
-//! the cases of the swarm, because only it can launch one.
+//! Every measurement runs in its own process, so that no measurement affects the next. The command itself flies the
+//! cases of the swarm, because only it can launch one.
 //!
 //! Must never compute a latency: the process leaves a trace in a file.
 
@@ -46,7 +46,7 @@ impl CaseArgs {
         arguments
     }
 
-    /// Measures another carrier than the swarm, as the hub of its peers.
+    /// Measures a carrier other than the swarm, as the hub of its peers.
     pub fn measure_transport(&self) -> Result<(), BenchError> {
         let id = self.domain.as_ref().ok_or_else(|| BenchError::case("a hub needs a --domain"))?;
         hub::run(&self.case, &Domain::join(id)?, &self.measure, self.placement.placement())

@@ -1,4 +1,5 @@
-//! The charts of a benchmark's page: how far above the floor, how ticks scale and spread, and how they went over time.
+//! The charts of a benchmark's page: how far tick times are above the floor, how they scale and spread, and how they
+//! change over time.
 //!
 //! Must never draw what was not measured: no chart of a single point, no percentile beyond the last sample.
 
@@ -41,7 +42,7 @@ const LONGEST: ColourKey = ColourKey { unit: UNIT, marks: &[1.0, 2.0, 5.0, 10.0,
 const UNIT: &str = "times the median of the case";
 /// Points of a percentile curve per factor of ten of the remaining share. Fewer show corners; more make the page larger.
 const POINTS_PER_DECADE: u32 = 40;
-/// Most points of a curve. A percentile curve has fewer, so none is dropped.
+/// Most points of a curve. A percentile curve has fewer, so it keeps all its points; a smaller limit would drop some.
 const DETAIL: usize = 600;
 
 /// A drawn chart with its text.

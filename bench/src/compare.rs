@@ -7,7 +7,7 @@ use crate::{
     doctor,
     error::BenchError,
     label,
-    quantity::{self, Quantity},
+    quantity::{self, CaseQuantity},
     result::{FORMAT, Measured, RESULTS_FILE, Results},
     statistics::{SIGNIFICANCE_LEVEL, Significance, Spread, significance},
 };
@@ -98,12 +98,12 @@ struct ComparedCase {
     name: String,
     case: Case,
     #[serde(rename = "figures")]
-    quantities: Vec<ComparedQuantity>,
+    quantities: Vec<QuantityRow>,
 }
 
 /// A quantity that at least one of the results has.
 #[derive(Debug, Serialize)]
-struct ComparedQuantity {
+struct QuantityRow {
     name: String,
     a: Option<Spread>,
     b: Option<Spread>,
@@ -170,7 +170,7 @@ impl ComparedCase {
     fn of((a, of_a): (&Results, &Measured), (b, of_b): (&Results, &Measured)) -> Self {
         let (of_a, case) = (quantity::all(a, of_a), of_a.case.clone());
         let of_b = quantity::all(b, of_b);
-        let values = |quantities: &[Quantity], name: &str| {
+        let values = |quantities: &[CaseQuantity], name: &str| {
             quantities.iter().find(|quantity| quantity.name == name).map(|quantity| quantity.values.clone())
         };
         // A's quantities in their order, then those that only B has.
@@ -178,7 +178,7 @@ impl ComparedCase {
         names.extend(of_b.iter().map(|quantity| &quantity.name).filter(|name| values(&of_a, name).is_none()));
         let compared = |name: &&String| {
             let [a, b] = [&of_a, &of_b].map(|quantities| values(quantities, name).unwrap_or_default());
-            ComparedQuantity::of(name, &a, &b)
+            QuantityRow::of(name, &a, &b)
         };
         Self { name: label::case(&case), case, quantities: names.iter().map(compared).collect() }
     }
@@ -190,7 +190,7 @@ impl ComparedCase {
     }
 }
 
-impl ComparedQuantity {
+impl QuantityRow {
     fn of(name: &str, a: &[f64], b: &[f64]) -> Self {
         let (of_a, of_b) = (Spread::of(a), Spread::of(b));
         let difference =
@@ -244,7 +244,7 @@ mod tests {
         results
     }
 
-    fn row<'c>(comparison: &'c Comparison, name: &str) -> &'c ComparedQuantity {
+    fn row<'c>(comparison: &'c Comparison, name: &str) -> &'c QuantityRow {
         let pair = comparison.cases.iter().find(|pair| pair.name == "swarm, 6 UAVs, closed loop").unwrap();
         pair.quantities.iter().find(|row| row.name == name).unwrap()
     }

@@ -2,10 +2,11 @@
 //!
 //! Must never change anything, and must never guess: what cannot be read is shown as "not readable here".
 
-mod parse;
-
-use crate::{machine::UNREADABLE, result::Machine};
-use parse::{Activity, ReadFile, first_line};
+use crate::{
+    kernel_files::{self, Activity, ReadFile, first_line},
+    machine::UNREADABLE,
+    result::Machine,
+};
 use std::{fs, thread, time::Duration};
 
 /// Facts that change from moment to moment, even on the same machine.
@@ -14,9 +15,11 @@ pub(crate) const MOMENTARY: [&str; 3] = ["memory available", "load average", "bu
 /// Time for which the cores are watched to find out whether they are busy. Timer ticks are 4 to 10 ms apart, so a shorter
 /// time counts too few of them.
 const WATCH: Duration = Duration::from_millis(250);
-/// Share of the CPU time that other programs may take without a warning. Lower warns about any desktop.
+/// Share of the CPU time that other programs may take without a warning. A lower limit warns on any desktop; a higher
+/// one misses programs that slow ticks down.
 const MAX_BUSY: f64 = 0.05;
-/// Share of the CPU time that the host of a virtual machine may take without a warning.
+/// Share of the CPU time that the host of a virtual machine may take without a warning. A lower limit warns on most
+/// virtual machines; a higher one misses a crowded host.
 const MAX_STOLEN: f64 = 0.01;
 /// Clock sources that can be read without a system call.
 const FAST_CLOCKS: [&str; 5] =
@@ -26,14 +29,14 @@ const FAST_CLOCKS: [&str; 5] =
 type Fact = (&'static str, fn(ReadFile) -> Option<String>);
 
 const FACTS: [Fact; 21] = [
-    ("processor", |read| parse::processor(&read("/proc/cpuinfo")?)),
-    ("cores usable", |read| Some(parse::usable_cores(&read("/proc/self/status")?)?.to_string())),
+    ("processor", |read| kernel_files::processor(&read("/proc/cpuinfo")?)),
+    ("cores usable", |read| Some(kernel_files::usable_cores(&read("/proc/self/status")?)?.to_string())),
     ("cores online", |read| first_line(read, "/sys/devices/system/cpu/online")),
     ("SMT", |read| Some(on_or_off(smt(read)?))),
     ("governor", governor),
     ("turbo", |read| Some(on_or_off(turbo(read)?))),
-    ("virtual machine", |read| parse::virtual_machine(read)),
-    ("container", |read| Some(parse::container(read))),
+    ("virtual machine", |read| kernel_files::virtual_machine(read)),
+    ("container", |read| Some(kernel_files::container(read))),
     ("CPU quota", |read| {
         read("/proc/self/cgroup")?;
         Some(quota_cores(read).map_or("none".into(), |cores| format!("{cores:.2} cores")))
@@ -46,15 +49,15 @@ const FACTS: [Fact; 21] = [
         ))
     }),
     ("clock source", clock_source),
-    ("mitigations", |read| parse::mitigations(read)),
-    ("huge pages", |read| parse::bracketed(&read("/sys/kernel/mm/transparent_hugepage/enabled")?)),
-    ("memory", |read| parse::memory(&read("/proc/meminfo")?, "MemTotal")),
-    ("memory available", |read| parse::memory(&read("/proc/meminfo")?, "MemAvailable")),
+    ("mitigations", |read| kernel_files::mitigations(read)),
+    ("huge pages", |read| kernel_files::bracketed(&read("/sys/kernel/mm/transparent_hugepage/enabled")?)),
+    ("memory", |read| kernel_files::memory(&read("/proc/meminfo")?, "MemTotal")),
+    ("memory available", |read| kernel_files::memory(&read("/proc/meminfo")?, "MemAvailable")),
     ("page size", |_| Some(format!("{} B", rustix::param::page_size()))),
-    ("load average", |read| parse::load_average(&read("/proc/loadavg")?)),
-    ("open files", |read| parse::limit(&read("/proc/self/limits")?, "Max open files")),
-    ("locked memory", |read| parse::limit(&read("/proc/self/limits")?, "Max locked memory")),
-    ("real-time priority", |read| parse::limit(&read("/proc/self/limits")?, "Max realtime priority")),
+    ("load average", |read| kernel_files::load_average(&read("/proc/loadavg")?)),
+    ("open files", |read| kernel_files::limit(&read("/proc/self/limits")?, "Max open files")),
+    ("locked memory", |read| kernel_files::limit(&read("/proc/self/limits")?, "Max locked memory")),
+    ("real-time priority", |read| kernel_files::limit(&read("/proc/self/limits")?, "Max realtime priority")),
     ("build", |_| Some(if cfg!(debug_assertions) { "debug" } else { "release" }.into())),
 ];
 
@@ -64,14 +67,14 @@ pub(crate) fn inspect() -> Machine {
     let before = read("/proc/stat");
     thread::sleep(WATCH);
     let after = read("/proc/stat");
-    let activity = before.zip(after).and_then(|(before, after)| parse::activity(&before, &after));
+    let activity = before.zip(after).and_then(|(before, after)| kernel_files::activity(&before, &after));
     examine(&read, activity, cfg!(debug_assertions))
 }
 
 /// The warning for `processes` that take part in a tick and share cores; `None` if each has a core of its own.
 pub(crate) fn crowded(processes: u32) -> Option<String> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    crowded_on(parse::usable_cores(&status)?, processes)
+    crowded_on(kernel_files::usable_cores(&status)?, processes)
 }
 
 fn crowded_on(cores: usize, processes: u32) -> Option<String> {
@@ -125,8 +128,8 @@ fn clock_source(read: ReadFile) -> Option<String> {
 
 /// The strictest limit of all control groups above this process, in cores; `None` without a limit.
 fn quota_cores(read: ReadFile) -> Option<f64> {
-    let files = parse::quota_files(&read("/proc/self/cgroup")?);
-    let limits = files.iter().filter_map(|path| parse::quota_cores(&read(path)?));
+    let files = kernel_files::quota_files(&read("/proc/self/cgroup")?);
+    let limits = files.iter().filter_map(|path| kernel_files::quota_cores(&read(path)?));
     limits.min_by(f64::total_cmp)
 }
 

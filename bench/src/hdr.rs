@@ -16,7 +16,7 @@ const HEADER_BYTES: usize = 40;
 /// Most bytes that an encoding is inflated to. With three digits and 64 bits, it has at most 56 000 counts of nine bytes.
 const MAX_ENCODING_BYTES: usize = 1 << 20;
 
-/// Why a text is not a histogram of ours.
+/// Why a text is not a histogram that ringwing wrote.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum HdrError {
     #[error("`hdr` is not base64: {0}; measure again, or use the original file")]
@@ -42,7 +42,7 @@ pub(crate) fn decoded(text: &str) -> Result<Histogram<u64>, HdrError> {
     let plain = inflated(&bytes).ok_or(HdrError::Length)?;
     let mut histogram: Histogram<u64> =
         Deserializer::new().deserialize(&mut plain.as_slice()).map_err(HdrError::Histogram)?;
-    // Let it grow, as those do that were recorded here: two results may be merged.
+    // Let it grow like a histogram that was recorded here: two results may be merged.
     histogram.auto(true);
     let is_ours = histogram.sigfig() == DIGITS && histogram.low() == 1;
     is_ours.then_some(histogram).ok_or(HdrError::Resolution)

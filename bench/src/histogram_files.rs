@@ -73,7 +73,7 @@ fn log(results: &Results, measured: &Measured) -> io::Result<Vec<u8>> {
     Ok(log)
 }
 
-/// Seconds as a duration; 0 for what no duration can be, as a damaged result may have it.
+/// Seconds as a duration; 0 for a number that is not a valid duration, which a damaged result may hold.
 fn duration(s: f64) -> Duration {
     Duration::try_from_secs_f64(s).unwrap_or_default()
 }

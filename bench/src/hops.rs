@@ -74,7 +74,7 @@ fn tick_delays(case: &Case, ended_ns: u64, trace: &Trace) -> Vec<TickDelay> {
     delays
 }
 
-/// When the ticks should have begun that `tick` stands for: itself, and those that were skipped before it began.
+/// When each tick that `tick` stands for should have begun: the tick itself, and those that were skipped before it.
 fn intended_times(tick: &TickRecord, period_ns: u64) -> impl DoubleEndedIterator<Item = u64> + use<> {
     let first_ns = tick.intended_ns;
     (0..=u64::from(tick.skipped)).map(move |number| first_ns + number * period_ns)
@@ -210,8 +210,8 @@ mod tests {
     }
 
     /// At 100 Hz, each tick is answered within 1 ms. The world stalls from 21 ms to 67 ms, so the ticks due at 30, 40, 50 and
-    /// 60 ms begin as one tick at 67 ms, answered at 68 ms. They took 38, 28, 18 and 8 ms; that is four samples, and none of
-    /// them is 1 ms.
+    /// 60 ms begin as one tick at 67 ms, answered at 68 ms. They took 38, 28, 18 and 8 ms; that is four samples, not one of
+    /// 1 ms.
     #[test]
     fn a_planted_stall_is_charged_to_every_tick_that_it_delayed() {
         let trace = Trace {

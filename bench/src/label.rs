@@ -1,4 +1,6 @@
 //! Names of cases and hops, and the format of numbers, wherever they are shown.
+//!
+//! Must never decide what is shown.
 
 use crate::{
     case::{Carrier, Case, Load},

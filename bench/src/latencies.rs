@@ -85,7 +85,7 @@ impl Latencies {
         (expected_beyond + ROUNDING >= f64::from(MIN_BEYOND)).then(|| self.at_share(q)).flatten()
     }
 
-    /// The same, however few samples there are; for curves that go on to the last sample.
+    /// Like [`Self::percentile`], but for any number of samples, because curves go on to the last sample.
     pub(crate) fn at_share(&self, q: f64) -> Option<u64> {
         let (least, most) = self.ends_ns?;
         let n = self.n() as f64;

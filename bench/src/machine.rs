@@ -6,7 +6,7 @@ use crate::result::Machine;
 
 /// Value of a fact that cannot be read on this machine.
 pub(crate) const UNREADABLE: &str = "not readable here";
-/// Longest line, in characters.
+/// Longest line, in characters. Longer lines break on narrow terminals; shorter ones make the list longer.
 const WIDTH: usize = 106;
 
 /// The facts in lines, then the warnings.

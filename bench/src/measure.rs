@@ -49,11 +49,11 @@ const UNPREDICTED_TICKS: usize = 10_000;
 /// Most answers that memory is reserved for, 56 bytes each: 0.9 GB. Beyond that, the trace grows while measuring.
 const MAX_RESERVED_STEPS: usize = 16 << 20;
 
-/// A measurement that goes on.
+/// A measurement in progress.
 #[derive(Debug)]
 pub struct Measure {
     path: PathBuf,
-    phase: Phase,
+    phase: MeasurePhase,
     warm_up_ns: u64,
     measure_ns: u64,
     warm_up_ticks: u64,
@@ -66,7 +66,7 @@ pub struct Measure {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum MeasurePhase {
     WaitingForFirstTick,
     WarmingUp { since_ns: u64 },
     Measuring { until_ns: u64 },
@@ -79,7 +79,7 @@ impl Measure {
         let nanoseconds = |seconds: Option<f64>| (seconds.unwrap_or_default().max(0.0) * 1e9) as u64;
         Some(Self {
             path: args.measure_into.clone()?,
-            phase: Phase::WaitingForFirstTick,
+            phase: MeasurePhase::WaitingForFirstTick,
             warm_up_ns: nanoseconds(args.warm_up_s),
             measure_ns: nanoseconds(args.measure_s),
             warm_up_ticks: 0,
@@ -96,7 +96,7 @@ impl Measure {
         // Reserving and reading usage took time that belongs to no tick.
         let now_ns = monotonic_ns();
         (self.head.began_ns, self.due) = (now_ns, None);
-        self.phase = Phase::Measuring { until_ns: now_ns + self.measure_ns };
+        self.phase = MeasurePhase::Measuring { until_ns: now_ns + self.measure_ns };
     }
 
     /// Reserves memory for the trace of `agents` agents and touches it, so that no tick waits for a page fault.
@@ -119,14 +119,14 @@ impl Measure {
     }
 
     fn end(&mut self, gate: &Gate, now_ns: u64) {
-        self.phase = Phase::Done;
+        self.phase = MeasurePhase::Done;
         self.head.ended_ns = now_ns;
         self.head.used = processes(gate).map(usage_of).sum::<ProcessUsage>() - self.usage_before;
         self.head.agent_pss_bytes = agents(gate).map(pss_bytes).max().unwrap_or_default();
     }
 
     fn is_measuring(&self) -> bool {
-        matches!(self.phase, Phase::Measuring { .. })
+        matches!(self.phase, MeasurePhase::Measuring { .. })
     }
 
     fn stamp(&mut self, set: impl FnOnce(&mut TickRecord, u64)) {
@@ -140,30 +140,30 @@ impl TickProbe for Measure {
     fn before_tick(&mut self, gate: &Gate) -> Proceed {
         let now_ns = monotonic_ns();
         match self.phase {
-            Phase::WaitingForFirstTick => {
-                self.phase = Phase::WarmingUp { since_ns: now_ns };
+            MeasurePhase::WaitingForFirstTick => {
+                self.phase = MeasurePhase::WarmingUp { since_ns: now_ns };
                 Proceed::Fly
             }
-            Phase::WarmingUp { since_ns } if now_ns - since_ns >= self.warm_up_ns => {
+            MeasurePhase::WarmingUp { since_ns } if now_ns - since_ns >= self.warm_up_ns => {
                 self.begin(gate);
                 Proceed::RestartDeadlines
             }
-            Phase::WarmingUp { .. } => {
+            MeasurePhase::WarmingUp { .. } => {
                 self.warm_up_ticks += 1;
                 Proceed::Fly
             }
-            Phase::Measuring { until_ns } if is_over(now_ns, until_ns, self.due) => {
+            MeasurePhase::Measuring { until_ns } if is_over(now_ns, until_ns, self.due) => {
                 self.end(gate, now_ns);
                 Proceed::End
             }
-            Phase::Measuring { .. } => Proceed::Fly,
-            Phase::Done => Proceed::End,
+            MeasurePhase::Measuring { .. } => Proceed::Fly,
+            MeasurePhase::Done => Proceed::End,
         }
     }
 
     fn tick_opened(&mut self, tick: Tick, opened_ns: u64) {
         if self.is_measuring() {
-            // Without deadlines, a tick should begin when it does.
+            // Without deadlines, a tick is due when it begins.
             let due = self.due.unwrap_or(PacedTick { due_ns: opened_ns, skipped: 0 });
             self.trace.ticks.push(TickRecord {
                 tick: tick.0,
@@ -187,7 +187,7 @@ impl TickProbe for Measure {
         if self.is_measuring() {
             let Stamps { woke_ns, read_ns, sent_ns, sending_ns } = *stamps;
             let seen_ns = monotonic_ns();
-            // The number comes from another process: 0 is not a UAV, but must not panic here.
+            // The number comes from another process, so a wrong 0 must not panic here.
             let member = uav.0.saturating_sub(1);
             let step = StepRecord {
                 tick: tick.0,
@@ -215,7 +215,7 @@ impl TickProbe for Measure {
     }
 
     fn is_done(&self) -> bool {
-        self.phase == Phase::Done
+        self.phase == MeasurePhase::Done
     }
 
     /// Writes the trace, even if the run ended before the measurement did.

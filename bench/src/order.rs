@@ -2,7 +2,7 @@
 //!
 //! A machine that slows down during a benchmark then shows as spread, not as a difference between cases.
 //!
-//! Must never use anything but the seed to decide.
+//! Must never draw from anything but the seed.
 
 use ringwing_flight::draw::Draws;
 

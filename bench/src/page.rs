@@ -1,4 +1,6 @@
 //! The HTML page of a benchmark: charts, tables and the machine, in one file that loads nothing.
+//!
+//! Must never compute a figure itself.
 
 use crate::{
     charts::{self, Picture},
@@ -44,7 +46,7 @@ fn section(title: &str, text: &str) -> String {
 fn pictures(results: &Results) -> String {
     match charts::all(results) {
         Ok(pictures) => pictures.iter().map(picture).collect(),
-        // The tables are worth having without the charts.
+        // The tables are useful without the charts.
         Err(error) => format!("<p>{}</p>\n", escaped(&error.to_string())),
     }
 }

@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 
 /// One quantity of a case, with a value for each repeat that has one.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Quantity {
+pub(crate) struct CaseQuantity {
     /// Its name and unit: `whole tick p99, us`.
     pub(crate) name: String,
     /// Its values, in the order of the repeats.
@@ -117,7 +117,7 @@ pub(crate) fn agent_pss_bytes(measured: &Measured) -> Option<u64> {
 }
 
 /// All quantities that can be compared, the most important first; those without a value are left out.
-pub(crate) fn all(results: &Results, measured: &Measured) -> Vec<Quantity> {
+pub(crate) fn all(results: &Results, measured: &Measured) -> Vec<CaseQuantity> {
     let us = |values: Vec<f64>| values.into_iter().map(|ns| ns / 1e3).collect();
     let mut quantities = vec![
         quantity("tick time, us", us(tick_times_ns(measured))),
@@ -135,26 +135,26 @@ pub(crate) fn all(results: &Results, measured: &Measured) -> Vec<Quantity> {
     quantities
 }
 
-fn quantity(name: &str, values: Vec<f64>) -> Quantity {
-    Quantity { name: name.into(), values }
+fn quantity(name: &str, values: Vec<f64>) -> CaseQuantity {
+    CaseQuantity { name: name.into(), values }
 }
 
-fn of_repeats(measured: &Measured, name: &str, get: impl Fn(&Repeat) -> Option<f64>) -> Quantity {
+fn of_repeats(measured: &Measured, name: &str, get: impl Fn(&Repeat) -> Option<f64>) -> CaseQuantity {
     quantity(name, measured.repeats.iter().filter_map(get).collect())
 }
 
-fn of_hop(measured: &Measured, hop: Hop) -> Vec<Quantity> {
+fn of_hop(measured: &Measured, hop: Hop) -> Vec<CaseQuantity> {
     let of = |what: &str, get: &dyn Fn(&Latencies) -> Option<u64>| {
         let name = format!("{} {what}, us", label::hop(hop));
         of_repeats(measured, &name, |repeat| Some(get(repeat.hops.get(&hop)?)? as f64 / 1e3))
     };
-    let mut quantities: Vec<Quantity> =
+    let mut quantities: Vec<CaseQuantity> =
         PERCENTILES.iter().map(|(what, q)| of(what, &|samples| samples.percentile(*q))).collect();
     quantities.push(of("max", &Latencies::max_ns));
     quantities
 }
 
-fn of_usage(measured: &Measured) -> Vec<Quantity> {
+fn of_usage(measured: &Measured) -> Vec<CaseQuantity> {
     let of = |name: &str, get: fn(&Budget) -> Option<f64>| {
         of_repeats(measured, name, |repeat| get(&budget_of(std::slice::from_ref(repeat))?))
     };

@@ -19,12 +19,12 @@ const PAGE: &str = "index.html";
 /// Name of the folder with the histograms beside the results.
 const HISTOGRAMS: &str = "histograms";
 
-/// What a benchmark has to say.
+/// The output of a benchmark.
 #[derive(Debug)]
 pub struct Report {
     /// The text to print, or the JSON.
     pub text: String,
-    /// Whether everything was measured that was asked for.
+    /// Whether everything that was asked for was measured.
     pub is_complete: bool,
 }
 
@@ -48,7 +48,7 @@ pub fn run(args: &BenchArgs) -> Result<Report, BenchError> {
     Ok(Report { text: report(args, &results)?, is_complete })
 }
 
-/// Refuses everything that can be known to be wrong before anything starts.
+/// Refuses every mistake that can be found before anything starts.
 fn check(args: &BenchArgs) -> Result<Axes, BenchError> {
     let axes = args.axes()?;
     args.placement.placement().check()?;

@@ -31,7 +31,8 @@ use std::{
 
 /// Time that a case may take to start and to end, on top of its measured time. Shorter fails large swarms on slow machines.
 const OVERHEAD: Duration = Duration::from_secs(60);
-/// Time that a case may take to end after a request; then it is killed. A flight itself gives its processes 10 s.
+/// Time that a case may take to end after a request; then it is killed. A flight itself gives its processes 10 s, so a
+/// shorter time kills flights that end in order; a longer one delays the user's interrupt.
 const LEAVE_TIMEOUT: Duration = Duration::from_secs(12);
 /// Pause between two looks at the case. Shorter would disturb the measurement, longer slows down a benchmark of many cases.
 const POLL_PERIOD: Duration = Duration::from_millis(5);
@@ -68,7 +69,7 @@ impl<'a> Runner<'a> {
         self.stop.is_set()
     }
 
-    /// Measures all cases, or as many as it can before an interrupt.
+    /// Measures all cases, or until the user interrupts.
     pub(crate) fn run(&self, quiet: bool) -> Vec<Measured> {
         let cases = self.axes.cases();
         let order = order(cases.len(), self.axes.repeats, self.seed);
@@ -137,7 +138,7 @@ impl<'a> Runner<'a> {
         let reader = thread::spawn(move || {
             let mut text = String::new();
             if let Some(stderr) = &mut stderr {
-                // Text that cannot be read is text that cannot be shown.
+                // If stderr cannot be read, only the reason is missing from the report.
                 let _ = stderr.read_to_string(&mut text);
             }
             text

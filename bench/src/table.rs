@@ -102,8 +102,11 @@ pub(crate) fn block(measured: &Measured) -> String {
 fn rate(measured: &Measured) -> String {
     let per_s = quantity::summary(&quantity::ticks_per_s(measured), |ticks| grouped(ticks.round() as u64));
     let ticks: u64 = measured.repeats.iter().map(|repeat| repeat.ticks).sum();
-    let repeats = measured.repeats.len();
-    format!("  {per_s} ticks/s; {} ticks in {repeats} repeats\n", grouped(ticks))
+    let repeats = match measured.repeats.len() {
+        1 => "1 repeat".into(),
+        count => format!("{count} repeats"),
+    };
+    format!("  {per_s} ticks/s; {} ticks in {repeats}\n", grouped(ticks))
 }
 
 fn distributions(measured: &Measured) -> String {

@@ -1,6 +1,7 @@
 //! A trace as a file: how a case hands its timestamps to the benchmark.
 //!
-//! Only processes of the same build exchange traces, so records are stored as they are in memory.
+//! Only processes of the same build exchange traces, so records are stored as they are in memory. Must never be kept
+//! for another build to read.
 
 use crate::trace::{Trace, TraceHead};
 use bytemuck::Zeroable;

@@ -47,7 +47,8 @@ impl Add for ProcessUsage {
     }
 }
 
-/// What was used in between. The figures of a process that ended meanwhile are gone, so differences stop at 0.
+/// The usage between two readings. The figures of a process that ended in between are gone, so a difference is never
+/// below 0.
 impl Sub for ProcessUsage {
     type Output = Self;
 

@@ -1,4 +1,6 @@
 //! A process that answers ticks: it waits for each, does its work, and answers, until the run ends.
+//!
+//! Must never decide what an answer says.
 
 use crate::{BusError, Gate, Member, StopFlag, Wait, Waker};
 use ringwing_flight::{Part, Tick};
@@ -34,7 +36,7 @@ impl Answerer {
         self.last.is_none()
     }
 
-    /// Answers `tick`: all that this process has for it must be published before.
+    /// Answers `tick`. Everything that this process sends for it must be published before.
     pub fn answer(&mut self, tick: Tick) -> Result<(), BusError> {
         self.gate.answer(self.part, tick);
         self.finish(tick)
@@ -51,7 +53,7 @@ impl Answerer {
         self.waker.notify()
     }
 
-    /// The gate, for what it tells beside the tick.
+    /// The gate, for everything that it tells besides the tick.
     pub fn gate(&self) -> &Gate {
         &self.gate
     }

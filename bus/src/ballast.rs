@@ -31,7 +31,7 @@ pub struct Ballast {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Direction {
+enum BallastDirection {
     ToAgent,
     ToWorld,
 }
@@ -39,19 +39,19 @@ enum Direction {
 impl Ballast {
     /// The world's end of the ballast of `uav`, with `bytes` per tick in each direction.
     pub fn of_world(node: &Node<ipc::Service>, uav: UavId, bytes: u32) -> Result<Self, BusError> {
-        Self::open(node, uav, bytes, [Direction::ToAgent, Direction::ToWorld])
+        Self::open(node, uav, bytes, [BallastDirection::ToAgent, BallastDirection::ToWorld])
     }
 
     /// The end of `uav`'s agent.
     pub fn of_agent(node: &Node<ipc::Service>, uav: UavId, bytes: u32) -> Result<Self, BusError> {
-        Self::open(node, uav, bytes, [Direction::ToWorld, Direction::ToAgent])
+        Self::open(node, uav, bytes, [BallastDirection::ToWorld, BallastDirection::ToAgent])
     }
 
     fn open(
         node: &Node<ipc::Service>,
         uav: UavId,
         bytes: u32,
-        [out, back]: [Direction; 2],
+        [out, back]: [BallastDirection; 2],
     ) -> Result<Self, BusError> {
         let bytes = bytes as usize;
         let sender = open(node, uav, out)?.publisher_builder().initial_max_slice_len(bytes).create();
@@ -77,7 +77,7 @@ impl Ballast {
         let failed = |error| BusError::ipc("ballast cannot be read", error);
         let mut read = 0;
         while let Some(sample) = self.receiver.receive().map_err(failed)? {
-            // The sum has no use but to keep the compiler from skipping the read.
+            // The sum only keeps the compiler from skipping the read.
             black_box(sample.payload().iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte)));
             read += sample.payload().len();
         }
@@ -94,22 +94,22 @@ pub(crate) fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Vec<Factory
         created.map_err(|error| ballast_error(uav, "cannot be created", error))
     };
     UavId::all(uavs)
-        .flat_map(|uav| [(uav, Direction::ToAgent), (uav, Direction::ToWorld)])
+        .flat_map(|uav| [(uav, BallastDirection::ToAgent), (uav, BallastDirection::ToWorld)])
         .map(create)
         .collect()
 }
 
-fn open(node: &Node<ipc::Service>, uav: UavId, direction: Direction) -> Result<Factory, BusError> {
+fn open(node: &Node<ipc::Service>, uav: UavId, direction: BallastDirection) -> Result<Factory, BusError> {
     let name = name(uav, direction)?;
     let missing = |error: &PublishSubscribeOpenError| *error == PublishSubscribeOpenError::DoesNotExist;
     retry(|| node.service_builder(&name).publish_subscribe::<[u8]>().open(), missing)
         .map_err(|error| ballast_error(uav, "cannot be opened", error))
 }
 
-fn name(uav: UavId, direction: Direction) -> Result<ServiceName, BusError> {
+fn name(uav: UavId, direction: BallastDirection) -> Result<ServiceName, BusError> {
     let direction = match direction {
-        Direction::ToAgent => "to_agent",
-        Direction::ToWorld => "to_world",
+        BallastDirection::ToAgent => "to_agent",
+        BallastDirection::ToWorld => "to_world",
     };
     let text = format!("uav/{}/ballast/{direction}", uav.0);
     text.as_str().try_into().map_err(|error| BusError::ipc(text, error))

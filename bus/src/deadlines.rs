@@ -20,7 +20,8 @@ pub struct Deadlines {
 const LEAD_MAX_NS: u64 = 500_000;
 /// The lead is at most one part in this many of the period. A smaller divisor burns more CPU at high rates.
 const PERIODS_PER_LEAD: u64 = 20;
-/// With more processes on a core than this, none stands by: they would only take the core from each other.
+/// Most processes per core that stand by. With more, they would only take the core from each other; with fewer, more
+/// swarms open their ticks while processes are still waking up.
 const CROWD_MAX: u32 = 8;
 
 /// How late a tick ended.

@@ -20,12 +20,13 @@ use std::{
 
 /// The folder of all domains: a tmpfs, because iceoryx2 would wait for a real disk with every service file.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// What the names of all files of ringwing begin with there.
+/// The prefix of all of ringwing's files there.
 const PREFIX: &str = "ringwing_";
-/// Longer is harder to type; shorter makes two runs collide more often, and costs another draw of a name.
+/// Length of a domain's name. A longer name is harder to type; with a shorter one, more runs collide and have to draw
+/// another name.
 const ID_LENGTH: usize = 6;
-/// How old a segment without a size must be to count as abandoned. Younger ones are usually being created; older ones
-/// block each process that opens them for as long.
+/// How old a segment without a size must be to count as abandoned. A lower age removes segments that are still being
+/// created; a higher one blocks each process that opens an abandoned segment for longer.
 const STILLBORN_AGE: Duration = Duration::from_millis(100);
 
 /// The name of a domain: six lower-case letters and digits.
@@ -132,7 +133,7 @@ impl Domain {
         if id.root().is_dir() {
             Ok(Self { id: id.clone() })
         } else {
-            Err(BusError::Domain { id: id.to_string(), problem: "no such run is going on".into() })
+            Err(BusError::Domain { id: id.to_string(), problem: "no run of this name is live".into() })
         }
     }
 
@@ -180,7 +181,7 @@ impl Domain {
         Gate::open(&self.gate_path())
     }
 
-    /// Writes `report` for other processes of the run. They see all of it, or none.
+    /// Writes `report` for other processes of the run. They see the whole report, or no report.
     pub fn write_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
         let path = self.root().join(format!("{name}.json"));
         let draft = path.with_extension("draft");

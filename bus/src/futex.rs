@@ -1,4 +1,6 @@
-//! Sleeping on a word of shared memory and waking those who do: the one place that makes futex calls.
+//! Sleeping on a word of shared memory, and waking the sleepers: the one place that makes futex calls.
+//!
+//! Must never give a meaning to a word: the callers do.
 
 use rustix::{
     io::Errno,
@@ -13,7 +15,7 @@ const LONGEST_SLEEP: Duration = Duration::from_millis(50);
 
 /// Wakes every process that sleeps on `word`.
 pub fn wake_all(word: &AtomicU32) {
-    // On a mapped word this cannot fail, and it is no error that nobody sleeps.
+    // This cannot fail on a mapped word, and it is no error if nobody sleeps.
     let _ = futex::wake(word, Flags::empty(), i32::MAX as u32);
 }
 

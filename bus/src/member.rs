@@ -1,4 +1,6 @@
 //! What every process of a run does to take part: join the domain, read the scenario, announce that it is ready.
+//!
+//! Must never know what the process does in the run.
 
 use crate::{
     BusError, Domain, DomainId, Gate, StopFlag, create_node,

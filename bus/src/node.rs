@@ -1,4 +1,6 @@
 //! iceoryx2's node: the identity under which a process opens services.
+//!
+//! Must never open a service.
 
 use crate::{BusError, Domain, process::raise_open_files_limit};
 use iceoryx2::{

@@ -7,8 +7,7 @@ use ringwing_flight::{Tick, UavId};
 
 /// Observes every tick of the process that opens them; the methods are called in the order in which they stand here.
 ///
-/// Every method does nothing unless a probe overrides it, and [`NoProbe`] overrides none: a flight that nobody measures
-/// pays nothing for them.
+/// Every method does nothing by default. [`NoProbe`] keeps all defaults, so a flight without a measurement pays nothing.
 pub trait TickProbe {
     /// Called between two ticks; says how to go on.
     fn before_tick(&mut self, _gate: &Gate) -> Proceed {

@@ -1,4 +1,6 @@
 //! What a process asks of the operating system to live and end with its run.
+//!
+//! Must never end another process.
 
 use crate::BusError;
 use rustix::{
@@ -31,7 +33,7 @@ pub fn die_with(launcher: u32) -> Result<(), BusError> {
 
 /// Sets the name that `top` and `ps` show: the program itself is the same for all processes of a run.
 pub(crate) fn set_process_name(name: &str) {
-    // Without its name the process does its work as well.
+    // The process works without its name as well, so ignore a failure.
     if let Ok(name) = CString::new(name) {
         let _ = set_name(&name);
     }

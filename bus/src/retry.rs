@@ -1,4 +1,6 @@
 //! Retrying what another process is about to make possible.
+//!
+//! Must never repeat an attempt whose error is not temporary.
 
 use std::{
     thread,
@@ -11,7 +13,7 @@ const RETRY_LIMIT: Duration = Duration::from_secs(5);
 /// Between two attempts. Longer delays every start; shorter takes the processor from the process that is waited for.
 const RETRY_PAUSE: Duration = Duration::from_millis(2);
 
-/// Repeats `attempt` until it succeeds, until it fails with an error that does not pass by itself, or for 5 s.
+/// Repeats `attempt` until it succeeds, until it fails with an error that is not temporary, or for 5 s.
 pub(crate) fn retry<T, E>(
     attempt: impl Fn() -> Result<T, E>,
     passes_by_itself: impl Fn(&E) -> bool,

@@ -25,7 +25,8 @@ pub const TICK_DEPTH: usize = 4;
 /// to a neighbour that is late in real time.
 const STATE_DEPTH: usize = 16;
 /// Readers of one UAV's state: the recorder and four agents. After a loss the agents on both sides listen for the lost
-/// one, and for a moment more than two while they do not agree who is lost. With fewer places an agent waits for one.
+/// UAV, and for a moment even more agents do, until they agree on who is lost. With fewer places an agent has to wait
+/// for a free one; more cost memory.
 const STATE_READERS: usize = 5;
 /// Publishers per service: one sender, and dead ones that are not cleaned up yet. With fewer, a sender that is killed
 /// repeatedly cannot restart at once.
@@ -97,7 +98,7 @@ fn channel<T: Payload>(name: String, readers: usize, depth: usize) -> Channel<T>
     Channel { name, senders: SENDERS, readers, depth, history: 0, payload: PhantomData }
 }
 
-/// Gives a reader that comes later the last sample: for what is sent rarely and stays true.
+/// Gives a late subscriber the last sample, for data that is sent rarely and stays valid.
 fn with_history<T>(channel: Channel<T>) -> Channel<T> {
     Channel { history: 1, ..channel }
 }

@@ -3,7 +3,7 @@
 use iceoryx2::prelude::ZeroCopySend;
 use rustix::time::{ClockId, clock_gettime};
 
-/// When the sender did what, in nanoseconds of `CLOCK_MONOTONIC`: the user header of every service.
+/// When the sender did each step, in nanoseconds of `CLOCK_MONOTONIC`: the user header of every service.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("ringwing.Stamps.v2")]
 #[repr(C)]
@@ -14,7 +14,7 @@ pub struct Stamps {
     pub read_ns: u64,
     /// The sender began to send: its work was done.
     pub sent_ns: u64,
-    /// How long sending took in the tick before. That of this tick is known only when the sample is gone.
+    /// How long sending took in the tick before. The time for this tick is known only once the sample is sent.
     pub sending_ns: u64,
 }
 

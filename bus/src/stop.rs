@@ -1,4 +1,6 @@
 //! The request to a process to stop, by a signal or because its run is gone.
+//!
+//! Must never end the process: its own loop looks at the flag.
 
 use crate::BusError;
 use std::{

@@ -53,16 +53,17 @@ impl Due {
 /// Yields per wait before falling back to a futex. More only burn CPU: what has not come by then waits for a sleeping
 /// process. Fewer fall asleep during waits that are almost over.
 const YIELDS_MAX: u32 = 20;
-/// After how many waits a yielding process that gave up yielding tries again. More make it miss that yields pay again;
-/// fewer give time slices away more often.
+/// After how many waits a yielding process that gave up yielding tries again. With more, it notices later that yields
+/// pay again; with fewer, it gives time slices away more often.
 const YIELDING_RETRY_WAITS: u32 = 256;
 /// After how many waits a timed process stands by again, the first time that it cost a time slice. The number doubles
 /// with each further time. More lose punctuality after one disturbance; fewer keep paying for a lasting one.
 const TIMED_RETRY_WAITS_MIN: u32 = 8;
-/// Where the doubling ends. More would make a process miss for minutes that a disturbance is over.
+/// Where the doubling ends. With more, a process notices only minutes later that a disturbance is over; with fewer, it
+/// keeps paying for a lasting one.
 const TIMED_RETRY_WAITS_MAX: u32 = 4096;
-/// A yield that takes at least this long has run another process's time slice. A smaller value takes ordinary
-/// hand-overs for that; a larger one does not notice.
+/// A yield that takes at least this long has run another process's time slice. A smaller value mistakes ordinary
+/// hand-overs for time slices; a larger one misses short time slices.
 const LONG_YIELD: Duration = Duration::from_micros(500);
 /// How often a spinning process checks between two yields. More see a change sooner on a core of its own; fewer waste
 /// less where processes share one.
@@ -121,8 +122,8 @@ impl WaitStrategy {
         }
     }
 
-    /// The time to stand by for in a wait that begins now and should end at `due`: no time at all while standing by
-    /// does not pay.
+    /// When to stand by in a wait that begins now and should end at `due`. The answer is the default, which is never,
+    /// while standing by does not pay.
     pub(crate) fn stands_by_for(&mut self, due: Due) -> Due {
         match &mut self.0 {
             Kind::Timed { waits_until_retry: 0, .. } => due,

@@ -61,7 +61,7 @@ impl Waker {
         })
     }
 
-    /// Wakes whoever waits for this process: the others for the tick that the world has opened, or the world for an
+    /// Wakes the processes that wait for this one: all others after the world has opened a tick, or the world after an
     /// answer. Without events the gate has done so already.
     pub fn notify(&self) -> Result<(), BusError> {
         match self {

@@ -1,4 +1,6 @@
 //! The wrapper that makes a payload of `flight`, which does not know iceoryx2, something that iceoryx2 can carry.
+//!
+//! Must never change the bytes of a payload.
 
 use iceoryx2::prelude::ZeroCopySend;
 use ringwing_flight::Payload;

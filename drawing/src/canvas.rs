@@ -7,9 +7,9 @@ use plotters::{coord::Shift, drawing::DrawingAreaErrorKind, prelude::*};
 /// Canvas units per pixel of the finished picture. Plotters rounds coordinates to whole canvas units, so a smaller factor
 /// makes curves visibly jagged, and a larger one makes files longer.
 pub(crate) const SCALE: u32 = 4;
-/// Width of every picture, in pixels; a page's text column is as wide.
+/// Width of every picture, in pixels: that of a page's text column. A wider picture is scaled down with its text.
 pub(crate) const WIDTH: u32 = 960;
-/// Height of the text, in pixels.
+/// Height of the text, in pixels. Larger labels overlap; smaller ones are hard to read.
 pub(crate) const FONT_SIZE: u32 = 13;
 
 /// The picture, or the part of it that is being drawn.

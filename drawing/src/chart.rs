@@ -11,13 +11,14 @@ use plotters::prelude::*;
 
 /// Width of the legend, in pixels. Less cuts long names; more takes room from the plot.
 const LEGEND: u32 = 170;
-/// Height of a chart that is not a map, in pixels.
+/// Height of a chart that is not a map, in pixels. Lower charts flatten curves; higher ones need more scrolling.
 const HEIGHT: u32 = 320;
 /// Largest height of a map, in pixels, so that one fits a screen.
 const MAX_MAP_HEIGHT: f64 = 700.0;
-/// Height of a row of the legend, in pixels.
+/// Height of a row of the legend, in pixels. Less lets names overlap; more lists fewer lines beside the plot.
 const ROW: u32 = 19;
-/// Width and height that axes and margins take from the plot, in pixels.
+/// Width and height that axes and margins take from the plot, in pixels. Less cuts labels; more makes the plot
+/// smaller.
 const AXES: (u32, u32) = (84, 66);
 /// Least number of points that a line may keep. Fewer would show corners in smooth curves.
 const MIN_DETAIL: usize = 100;

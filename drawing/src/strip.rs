@@ -16,7 +16,7 @@ const NAMES: u32 = 300;
 const KEY: u32 = 52;
 /// Gap between the groups of a row, in pixels; wide enough to be seen beside cells of 2 to 3 pixels.
 const GAP: f64 = 3.0;
-/// Margin above the first row, in pixels.
+/// Margin above the first row, in pixels. Less cuts the first name; more only takes room.
 const TOP: u32 = 8;
 /// Canvas units by which a cell reaches into the next one. With 0, viewers show seams between cells.
 const OVERLAP: i32 = 2;

@@ -19,6 +19,7 @@ pub mod id;
 pub mod motion;
 pub mod pace;
 pub mod payload;
+pub mod process_state;
 pub mod report;
 pub mod ring;
 
@@ -33,5 +34,6 @@ pub use payload::{
     Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, LeaderState, LinkCounts,
     LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming, UavState,
 };
+pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
 pub use ring::{LivingRing, OnLoss, Slot};

@@ -42,8 +42,8 @@ impl Slot {
 
 /// The slots of the living UAVs.
 ///
-/// The living take the slots in ring order. The ring is turned such that they move least: such that the sum of the
-/// squared differences between new and original bearings is as small as possible.
+/// The living take the slots in ring order. The ring is turned so that they move as little as possible: the sum of the
+/// squared differences between new and original bearings is smallest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LivingRing {
     formation: Formation,
@@ -56,7 +56,7 @@ pub struct LivingRing {
 }
 
 impl LivingRing {
-    /// The ring while all UAVs are alive. Without `on_loss` it stays so whoever is lost.
+    /// The ring while all UAVs are alive. Without `on_loss` it stays whole, whichever UAVs are lost.
     pub fn whole(formation: Formation, on_loss: Option<OnLoss>) -> Self {
         let living = (1..=formation.count()).collect();
         Self { formation, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
@@ -124,7 +124,7 @@ impl LivingRing {
     /// The distance between the slots of UAV `number` and its `neighbour`, in metres: L in a whole ring, and in one
     /// that has closed with the same spacing.
     pub fn rest_m(&self, number: u32, neighbour: u32) -> f64 {
-        // In a whole ring L is exact, where the distance between two computed slots would be off by some bits.
+        // In a whole ring, return the exact L: the distance between two computed slots would be off by some bits.
         if self.is_whole() {
             return self.formation.spacing_m();
         }

@@ -1,6 +1,6 @@
-//! Reads arbitrary bytes as a log, which must never panic or hang.
+//! Fuzz target that reads arbitrary bytes as a log. The reader must never panic or hang.
 //!
-//! Start it with `cargo +nightly fuzz run reader`, with a few small logs in `fuzz/corpus/reader` as seeds.
+//! Put a few small logs into `fuzz/corpus/reader` as seeds, then start `cargo +nightly fuzz run reader`.
 
 #![no_main]
 

@@ -10,4 +10,4 @@ pub mod path;
 pub mod process;
 
 pub use path::Path;
-pub use process::{Args, run};
+pub use process::{LeaderArgs, run};

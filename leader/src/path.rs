@@ -1,6 +1,6 @@
 //! The leader's path: straight on at constant speed (Assumption 1).
 //!
-//! The path must depend on the tick alone: then a leader that replaces a lost one goes on where that one would be.
+//! The path must depend on the tick alone, so that a replacement continues exactly where the lost leader would be.
 
 use nalgebra::Point2;
 use ringwing_flight::{LeaderState, Pose, Tick, wrap};

@@ -1,4 +1,6 @@
 //! The process that flies the virtual leader.
+//!
+//! Never decides where the leader is: the [path](crate::path) does.
 
 use crate::Path;
 use ringwing_bus::{Answerer, BusError, Member, MemberArgs, Publisher, Stamps, monotonic_ns, services};
@@ -6,14 +8,14 @@ use ringwing_flight::{LeaderState, Part, Tick};
 
 /// Which run to lead.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct LeaderArgs {
     /// The run.
     #[command(flatten)]
     pub member: MemberArgs,
 }
 
 /// Flies the leader until the flight ends.
-pub fn run(args: &Args) -> Result<(), BusError> {
+pub fn run(args: &LeaderArgs) -> Result<(), BusError> {
     let member = Member::join(&args.member, Part::Leader)?;
     let leader = Leader::open(&member)?;
     let mut answerer = Answerer::join(&member)?;

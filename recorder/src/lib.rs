@@ -27,4 +27,4 @@ mod testing;
 pub use error::RecorderError;
 pub use log::gap::Gap;
 pub use metrics::{FlightSummary, Metrics, judge};
-pub use process::{Args, recording::RecorderReport, run};
+pub use process::{RecorderArgs, recording::RecorderReport, run};

@@ -1,4 +1,4 @@
-//! The log: one MCAP file that opens at any time, and that two equal flights make equal, byte for byte.
+//! The log: one MCAP file that can be opened at any time. Two equal flights write the same bytes.
 //!
 //! `write` writes it, on the `channels` of the schema and the file of `sink`. `takeover` rescues the log of a recorder that
 //! died: `salvage` reads it, `replay` puts its ticks together again, and `copy` moves its records. [`reader`] reads any log

@@ -1,7 +1,8 @@
 //! Measures the flight: a fold over its frames and events, on plain numbers.
 //!
-//! Live, simulated and read from a log, the same flight gives the same numbers to the bit. Only UAVs that fly on command
-//! count as members of the formation; every airframe in the sky counts for distances between UAVs and to obstacles.
+//! The same flight gives the same numbers to the bit, whether live, simulated or read from a log. Only UAVs that fly
+//! on command count as members of the formation; every airframe in the sky counts for distances between UAVs and to
+//! obstacles.
 //!
 //! Must never know a log, a clock or a process, and must never use what the log does not hold.
 
@@ -272,7 +273,8 @@ impl Envelope {
     }
 }
 
-/// The airframes that can come close to something. One with a number that is not finite has no position.
+/// The airframes that can come close to something. An airframe with a number that is not finite has no position and is
+/// left out.
 fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &TrueState> {
     let is_somewhere = |state: &&TrueState| {
         let numbers = [state.x_m, state.y_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s];

@@ -1,7 +1,7 @@
 //! The recorder's process: fetches samples in batches, and tells the world how far it has come.
 //!
-//! Must never send anything that flies. It sends one message, how far the swarm is from its formation, to whatever shows
-//! progress.
+//! Must never send anything that changes the flight. Its only message says how far the swarm is from its formation,
+//! for the progress line.
 
 mod assembly;
 mod ports;
@@ -18,7 +18,7 @@ use std::{path::PathBuf, time::Duration};
 
 /// Records the flight of a run to one MCAP file, and measures it.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct RecorderArgs {
     /// Which run to record.
     #[command(flatten)]
     pub member: MemberArgs,
@@ -42,7 +42,7 @@ const FLUSH_PERIOD: Duration = Duration::from_secs(1);
 const PROGRESS_HZ: u32 = 20;
 
 /// Records until the flight ends or the process is asked to stop.
-pub fn run(args: &Args) -> Result<(), RecorderError> {
+pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
     let member = Member::join(&args.member, Part::Recorder)?;
     let text = member.domain().scenario_text()?;
     let scenario = member.scenario();

@@ -1,4 +1,4 @@
-//! What the log consists of: its [`topics`], and the protobuf messages that are ours.
+//! What the log consists of: its [`topics`], and ringwing's own protobuf messages.
 //!
 //! Other programs rely on the names and the numbers of the fields. A message is called after its Rust type
 //! (`uavstate.UavState`), so these types keep their names; field numbers follow the declaration, and a new field goes to

@@ -1,4 +1,4 @@
-//! What viewers are shown beside the raw data of a tick: scenes, coordinate frames, the map, faults and panels.
+//! What viewers show besides the raw data of a tick: scenes, coordinate frames, the map, faults and panels.
 //!
 //! [`view`] decides what is due at a tick and combines the rest: [`scene`] draws for the 3D panel, [`geo`] for the map,
 //! [`faults`] follows what is wrong, [`layout`] arranges the panels, and [`palette`] holds the colours. Pure: never reads

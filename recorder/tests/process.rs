@@ -9,7 +9,7 @@ use ringwing_flight::{
     Account, Command, Event, EventMessage, FlightMode, LeaderState, Part, Sensed, SensedObstacle, Tick,
     TickTiming, TimedEvent, UavId, WorldReport,
 };
-use ringwing_recorder::{Args, RecorderError, RecorderReport, run};
+use ringwing_recorder::{RecorderArgs, RecorderError, RecorderReport, run};
 use ringwing_scenario::Scenario;
 use std::{
     path::PathBuf,
@@ -134,7 +134,9 @@ fn wait_until(what: &str, condition: impl Fn() -> bool) {
 }
 
 fn start(domain: DomainId, log: Option<PathBuf>) -> thread::JoinHandle<Result<(), RecorderError>> {
-    thread::spawn(move || run(&Args { member: MemberArgs { domain, launcher: None }, log, no_timing: false }))
+    thread::spawn(move || {
+        run(&RecorderArgs { member: MemberArgs { domain, launcher: None }, log, no_timing: false })
+    })
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! Keys of a scenario, written as in `--set`, and the units that their names end in.
 //!
 //! `airframe.speed_max_m_s` is a key of a section; in a list, an index follows: `obstacles.0.radius_m`.
+//!
+//! Never knows which keys a scenario has.
 
 /// The unit that a key's name ends in.
 #[derive(Debug, PartialEq, Eq)]
@@ -13,7 +15,7 @@ pub(crate) struct Unit {
     pub(crate) plural: &'static str,
 }
 
-/// The first match counts, so an ending that is part of a longer one must come after it.
+/// The first match counts, so `_m` must come after the longer endings that end in it, such as `_rad_per_m`.
 static UNITS: [Unit; 9] = [
     Unit { suffix: "_rad_per_m", symbol: "rad/m", plural: "radians per metre" },
     Unit { suffix: "_rad_s", symbol: "rad/s", plural: "radians per second" },
@@ -26,7 +28,7 @@ static UNITS: [Unit; 9] = [
     Unit { suffix: "_s", symbol: "s", plural: "seconds" },
 ];
 
-/// What people write for a unit at the end of a key, right or wrong. A word that is missing here costs a suggestion.
+/// What people write for a unit at the end of a key, right or wrong. A missing word only costs a suggestion.
 const UNIT_WORDS: [&str; 31] = [
     "centimetres",
     "cm",

@@ -1,5 +1,4 @@
-//! The scenario of a run: what flies, under which law, past which obstacles, through which faults, and what it must
-//! achieve.
+//! The scenario of a run: its swarm, law, obstacles, faults and requirements.
 //!
 //! [`model`] is the data. [`Source`] finds the text of a scenario, and [`Scenario::read`] parses it, applies the
 //! [`Setting`]s of the command line, validates the result and reports every problem at once. [`preset`] holds the

@@ -1,4 +1,6 @@
 //! Finds the known word that a misspelled one was probably meant to be.
+//!
+//! Never replaces a word, only suggests one.
 
 /// Least similarity at which a word is suggested; 1 means equal. A larger value misses typos in short words, a smaller
 /// one suggests unrelated words.

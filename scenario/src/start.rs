@@ -79,8 +79,8 @@ impl<'s> StartBox<'s> {
         })
     }
 
-    /// Takes three numbers from the stream in every try, so that a try sees the same numbers whatever came of those
-    /// before.
+    /// Takes three numbers from the stream in every try, so that each try sees the same numbers, whatever the tries
+    /// before led to.
     fn draw_state(&mut self) -> StartState {
         let position = self.middle
             + self.along * (self.draws.uniform() - 0.5)

@@ -26,7 +26,6 @@
 
 mod inputs;
 mod measurement;
-mod processes;
 pub mod random;
 mod simulation;
 

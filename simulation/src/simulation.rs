@@ -3,12 +3,11 @@
 use crate::{
     SimulationError,
     inputs::{AgentInputs, Air, Cursors},
-    processes::ProcessState,
 };
 use ringwing_agent::UavAgent;
 use ringwing_flight::{
-    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, Sensed, Tick, TimedEvent, UavId,
-    WorldReport,
+    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, ProcessState, Sensed, Tick, TimedEvent,
+    UavId, WorldReport,
 };
 use ringwing_leader::Path;
 use ringwing_scenario::{

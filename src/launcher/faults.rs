@@ -18,13 +18,13 @@ use ringwing_scenario::fault::schedule::ScheduledAction;
 const LIST: &str = "list";
 
 impl Supervisor<'_> {
-    /// Applies what is due, as far as that is possible at this moment.
+    /// Applies the faults that are due, as far as that is possible at this moment.
     pub(super) fn apply_faults(&mut self) -> Result<(), LaunchError> {
         self.log_announcements()?;
         self.janitor.on_tick(self.gate.tick());
         let Some(now) = self.fault_tick() else { return Ok(()) };
         self.decide_requests(now)?;
-        // A batch at a time; leave while one does not show, and come back after the next notice.
+        // One batch at a time. While a batch has not taken effect, return, and come back after the next notice.
         while let Some(events) = self.finish_batch() {
             events.into_iter().try_for_each(|event| self.log_event_at(now, event))?;
             let processes = &self.processes;
@@ -51,8 +51,8 @@ impl Supervisor<'_> {
         let (processes, gate, pace) = (&self.processes, &self.gate, self.plan.scenario.pace());
         let has_settled = |part, action| {
             let process = processes.get(part);
-            // A thawed process first answers the tick that was open while it was frozen. In lockstep, whatever is done
-            // next waits for that answer, so that chance has no part in it.
+            // A thawed process first answers the tick that was open while it was frozen. In lockstep, wait for that
+            // answer before the next action: otherwise scheduling would decide which of the two comes first.
             let has_caught_up = pace == Pace::RealTime
                 || part == Part::Recorder
                 || !process.is_running()
@@ -72,7 +72,7 @@ impl Supervisor<'_> {
         self.report(part, Input::Asked(action))
     }
 
-    /// Answers those whose faults are applied, and lets the world go on.
+    /// Answers the requests whose faults are applied, and lets the world go on.
     fn release(&mut self, now: Tick) -> Result<(), LaunchError> {
         for (reply, answer) in self.faults.release(now) {
             reply.send(&answer);
@@ -95,7 +95,7 @@ impl Supervisor<'_> {
         Ok(())
     }
 
-    /// Somebody asks for a fault, or for the list of faults.
+    /// Handles a request for a fault, or for the list of faults.
     pub(super) fn on_request(&mut self, request: LiveRequest<Reply>) -> Result<(), LaunchError> {
         if request.sentence == LIST {
             let now = self.gate.tick().unwrap_or(Tick(0));
@@ -128,7 +128,7 @@ impl Supervisor<'_> {
     }
 
     /// Lets agents and recorder read the faults that were added. They look when the count at the gate grows, so the
-    /// report has to be there first.
+    /// report must be written first.
     fn share_added_faults(&self) -> Result<(), LaunchError> {
         let added = self.faults.added();
         self.domain.write_report(report::FAULTS, &added)?;

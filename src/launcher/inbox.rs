@@ -1,7 +1,7 @@
-//! Everything that the launcher waits for comes in here: changes of its processes, the user's signals, requests for
-//! faults, and ticks that the world holds. One thread for each source turns it into [`Notice`]s.
+//! Collects everything that the launcher waits for: changes of its processes, the user's signals, requests for faults,
+//! and ticks that the world holds. One thread per source turns these into [`Notice`]s.
 //!
-//! Must never act on a notice: the supervisor takes one after the other.
+//! Must never act on a notice: the supervisor does, one notice at a time.
 
 use super::{LaunchError, fault_queue::LiveRequest};
 use ringwing_bus::Gate;
@@ -24,10 +24,11 @@ use std::{
     time::Duration,
 };
 
-/// How long a client may take to send its request. It blocks all others meanwhile, so this is short; a client sends one
-/// line as soon as it has connected.
+/// How long a client may take to send its request. A longer limit lets a stuck client block all others for longer; a
+/// shorter one may cut off a client on a busy machine.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(2);
-/// Longest request. A sentence with a file of delays in it has some kilobytes; more than this is not a sentence.
+/// Longest request that is read. A smaller limit could cut off a sentence with a long trace of delays; a larger one
+/// only lets a broken client fill more memory.
 const REQUEST_BYTES: u64 = 1 << 20;
 /// How often the thread that waits for holds looks whether the flight is over. Longer delays the end of that thread;
 /// shorter costs wake-ups during the flight.
@@ -71,7 +72,7 @@ pub(super) struct Reply(UnixStream);
 impl Reply {
     /// Sends `answer` and hangs up.
     pub(super) fn send(mut self, answer: &str) {
-        // A client that has left does not want the answer.
+        // This fails only if the client has left, and then nobody waits for the answer.
         let _ = writeln!(self.0, "{answer}");
     }
 }
@@ -119,7 +120,7 @@ impl Inbox {
         let inbox = self.sender.clone();
         spawn_thread("the thread that watches a process", move || {
             wait_for_end(pid);
-            // A launcher that has left does not want the notice.
+            // This fails only if the launcher has left, and then nobody waits for the notice.
             let _ = inbox.send(Notice::Process { pid, change: ProcessChange::Ended(ProcessEnd::Unknown) });
         })
     }

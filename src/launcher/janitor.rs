@@ -3,7 +3,8 @@
 //! It works on two threads. The cleaner asks iceoryx2 to remove dead nodes. That can wait forever for a segment whose
 //! creator was killed before it had given the segment its size, so the sweeper removes those segments.
 //!
-//! Must never touch what a living process uses, or what a process that a fault ended has sent and others still read.
+//! Must never touch what a living process uses. Must never touch the last samples of a process that a fault ended
+//! while others still read them.
 
 use super::LaunchError;
 use iceoryx2::{node::Node, prelude::ipc};
@@ -22,10 +23,11 @@ use std::{
 /// Pause between two sweeps. Longer keeps the cleaner waiting; shorter lists `/dev/shm` for nothing, because a segment
 /// has to stay without a size for a while before it counts as abandoned.
 const SWEEP_PAUSE: Duration = Duration::from_millis(50);
-/// Sweeps after a process has ended: together a second, in which every abandoned segment comes of age.
+/// Sweeps after a process has ended, which take one second in total. Fewer may end before an abandoned segment is old
+/// enough to be removed; more list `/dev/shm` for nothing.
 const SWEEPS_PER_END: u32 = 20;
-/// Ticks after a planned end until its remains are removed: by then everybody has read what the process sent last. With
-/// fewer, a slow reader loses samples that it gets without the fault.
+/// Ticks from a planned end until its remains are removed. With fewer, a slow reader loses samples that it would get
+/// without the fault; more only keep the remains in memory for longer.
 const READ_BY_ALL_TICKS: i64 = 3;
 
 /// The two cleaning threads of a run.
@@ -36,7 +38,7 @@ pub(super) struct Janitor {
     clean_from: Option<Tick>,
 }
 
-/// A thread that works through rounds as they are ordered.
+/// A thread that does rounds of cleaning when it is told to.
 struct Worker {
     rounds: Arc<AtomicU32>,
     is_stopping: Arc<AtomicBool>,
@@ -94,12 +96,12 @@ impl Janitor {
         self.cleaner.order(1);
     }
 
-    /// Removes them once everybody has read what was sent until `now`.
+    /// Removes the remains of dead processes later, once everybody has read what was sent until `now`.
     pub(super) fn clean_later(&mut self, now: Option<Tick>) {
         self.clean_from = now.map(|now| Tick(now.0 + READ_BY_ALL_TICKS));
     }
 
-    /// Removes at tick `now` what was to be removed later; without a tick the flight is over, and nobody reads.
+    /// Does a delayed removal that is due at tick `now`. Without a tick the flight is over, and nobody reads any more.
     pub(super) fn on_tick(&mut self, now: Option<Tick>) {
         if self.clean_from.is_some_and(|from| now.is_none_or(|now| now >= from)) {
             self.clean_from = None;

@@ -55,7 +55,7 @@ pub(crate) struct Plan {
     pub(crate) quiet: bool,
     /// Start a recorder. Without one the flight is not measured.
     pub(crate) recorder: bool,
-    /// What the world measures of itself, for benchmarks.
+    /// What the world measures for a benchmark, if one runs.
     pub(crate) measure: Option<MeasureArgs>,
     /// Where and how urgently the processes run.
     pub(crate) placement: Placement,
@@ -126,7 +126,8 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)
 }
 
-/// Makes `<out>/<name>-<domain>/` with the resolved scenario, and a configuration by which the tool `iox2` finds the run.
+/// Makes `<out>/<name>-<domain>/` with the resolved scenario, and a configuration with which the tool `iox2` finds the
+/// run.
 fn make_folder(plan: &Plan, domain: &Domain, resolved: &str) -> Result<PathBuf, LaunchError> {
     let folder = plan.out.join(format!("{}-{}", plan.scenario.name, domain.id()));
     let config = folder.join("config");

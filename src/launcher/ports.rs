@@ -1,4 +1,5 @@
-//! The launcher's ends of the services: it tells who runs and what happens, and shows what the others tell.
+//! The launcher's ends of the services: it publishes which processes run and what happens to them, and receives what
+//! the world and the recorder report for the user.
 //!
 //! Must never open a service of the tick path.
 

@@ -41,7 +41,7 @@ impl ProcessTable {
         self.parts_with(|process| process.pid() == Some(pid)).next()
     }
 
-    /// Whether a process, or a user who is to start one, is waited for.
+    /// Whether the run waits for any process to become ready, or for the user to start one.
     pub(super) fn is_any_starting(&self) -> bool {
         self.processes.values().any(Lifecycle::is_starting)
     }
@@ -60,7 +60,7 @@ impl ProcessTable {
         self.processes.iter().filter(move |(_, process)| condition(process)).map(|(part, _)| *part)
     }
 
-    /// The roster number `revision`: who takes part now, and up to which tick the world may fly.
+    /// The roster with number `revision`: which processes take part now, and up to which tick the world may fly.
     pub(super) fn roster(&self, revision: u64, free_before: Tick) -> Roster {
         let mut roster = Roster::empty();
         (roster.revision, roster.free_before) = (revision, free_before);

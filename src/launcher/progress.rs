@@ -1,6 +1,6 @@
 //! What the user sees on stderr while a run goes on: one line that shows how far it is, and a line for each event.
 //!
-//! Must never stop a run because nobody reads.
+//! Must never stop a run because stderr is closed.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ringwing_flight::{FormationError, Level, Tick, TimedEvent};

@@ -1,6 +1,6 @@
 //! Starts the processes of a run, and sends them signals.
 //!
-//! Must never wait for a process: what it does shows later, in the [inbox](super::inbox).
+//! Must never wait for a process: its start and its end are reported to the [inbox](super::inbox) later.
 
 use super::{LaunchError, Plan, lifecycle::ProcessSignal};
 use ringwing_bench::MeasureArgs;
@@ -18,7 +18,7 @@ use std::{
 pub(super) struct Spawner<'a> {
     plan: &'a Plan,
     domain: DomainId,
-    /// Where the recorder writes, if it does.
+    /// Where the recorder writes its log, if it writes one.
     log: Option<PathBuf>,
 }
 
@@ -35,7 +35,7 @@ impl<'a> Spawner<'a> {
 
     /// Starts the process `part`; returns its id.
     pub(super) fn spawn(&self, part: Part) -> Result<u32, LaunchError> {
-        // Not the path of this program: a new build may replace the file while the run goes on.
+        // Do not use the path of this program: a new build may replace the file during the run.
         let mut command = Command::new("/proc/self/exe");
         command
             .arg0("ringwing")
@@ -43,7 +43,7 @@ impl<'a> Spawner<'a> {
             .args(["--launcher", &std::process::id().to_string()])
             .stdin(Stdio::null())
             .stdout(Stdio::null())
-            // In a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher
+            // Use a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher
             // then ends the others in order.
             .process_group(0);
         let child = self.plan.placement.start(part.index(), || command.spawn());

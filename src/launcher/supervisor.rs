@@ -1,7 +1,7 @@
 //! Supervises one run: reports to each process's [state machine](super::lifecycle) what happens, and carries out the
 //! effects that it returns.
 //!
-//! Must never decide by itself what a change of a process means, and never sleep longer than a notice takes to come.
+//! Must never decide by itself what a change of a process means, and must never sleep through a notice.
 
 use super::{
     LOG, LaunchError, Outcome, Plan,
@@ -24,7 +24,7 @@ use std::{
 };
 
 /// Longest wait for a notice while something should happen within moments: a start, or a fault that is being applied.
-/// Nobody sends a notice when a process is ready, so this much of a start may be lost.
+/// A process sends no notice when it becomes ready, so a longer wait delays the start; a shorter one burns CPU.
 const BUSY_WAIT: Duration = Duration::from_millis(1);
 /// Longest wait for a notice otherwise. Longer makes the progress line and real-time faults late; shorter wakes the
 /// launcher for nothing while others need the processor.
@@ -48,14 +48,14 @@ pub(super) struct Supervisor<'a> {
     folder: PathBuf,
     /// What the lifecycles' clock counts from.
     begin: Instant,
-    /// Every process was ready or lost once, so the world may get its first roster.
+    /// Whether every process has been ready or lost once. Only then does the world get its first roster.
     is_prepared: bool,
     /// The revision of the last roster; 0 before the first.
     revision: u64,
     is_interrupted: bool,
-    /// Why the run is over before its end.
+    /// Failures of the run. The first one ends the flight if it is still going on.
     failures: Vec<String>,
-    /// Why the run has failed although the flight goes on.
+    /// Failures that let the flight go on.
     late_failures: Vec<String>,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Supervisor<'a> {
         })
     }
 
-    /// Flies the run that the user asked for at `begin`, to its end, and says how it went.
+    /// Flies the run, which the user asked for at `begin`, to its end, and says how it went.
     pub(super) fn run(mut self, begin: Instant) -> Result<Outcome, LaunchError> {
         self.print_place();
         let times = self.fly(begin);
@@ -119,7 +119,8 @@ impl<'a> Supervisor<'a> {
         }
     }
 
-    /// From the first process to the last. Errors on the way end the flight and become failures of the run.
+    /// Flies from the start of the first process to the end of the last one. Errors on the way end the flight and
+    /// become failures of the run.
     fn fly(&mut self, begin: Instant) -> FlightTimes {
         let mut times = FlightTimes { start: Duration::ZERO, flight: Duration::ZERO };
         let result = self.start_processes().and_then(|()| {
@@ -130,7 +131,7 @@ impl<'a> Supervisor<'a> {
             result
         });
         self.note_error(result);
-        // The world must not go on behind a closed gate.
+        // Ask the world to stop first: it must not go on behind a closed gate.
         self.gate.request_stop();
         self.gate.close();
         let result = self.wait_for_ends();
@@ -167,7 +168,7 @@ impl<'a> Supervisor<'a> {
         Ok(())
     }
 
-    /// Waits until all processes have left by themselves; kills those that cannot or do not.
+    /// Waits until all processes have left by themselves; kills frozen ones at once and late ones after a time limit.
     fn wait_for_ends(&mut self) -> Result<(), LaunchError> {
         let since = Instant::now();
         let mut is_late = false;
@@ -211,7 +212,7 @@ impl<'a> Supervisor<'a> {
             Some(Notice::Process { pid, change }) => self.on_process_change(pid, change)?,
             Some(Notice::Interrupt) => self.on_interrupt()?,
             Some(Notice::Request(request)) => self.on_request(request)?,
-            // A hold only ends the wait: faults are applied after every one.
+            // A hold only ends the wait: the caller applies faults after every wait.
             Some(Notice::Held) | None => {}
         }
         self.note_ready_processes()?;
@@ -290,7 +291,7 @@ impl<'a> Supervisor<'a> {
         Ok(())
     }
 
-    /// Tells the world who runs, once the flight may begin: it begins with the first roster.
+    /// Tells the world which processes run, once all are prepared: the first roster starts the flight.
     pub(super) fn publish_roster(&mut self) -> Result<(), LaunchError> {
         if !self.is_prepared {
             return Ok(());
@@ -327,7 +328,7 @@ impl<'a> Supervisor<'a> {
 
     /// How the run went, from what its processes have left.
     fn outcome(&mut self, times: &FlightTimes) -> Result<Outcome, LaunchError> {
-        // The draft of a recorder that was killed while it took over; the log itself is whole.
+        // Remove the draft of a recorder that was killed during a takeover. The log itself is whole.
         let _ = fs::remove_file(self.folder.join(LOG).with_extension("mcap.part"));
         let world: Option<WorldReport> = self.domain.report(report::WORLD)?;
         let mut failures = std::mem::take(&mut self.failures);

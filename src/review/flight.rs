@@ -1,6 +1,6 @@
 //! Reads a flight from its log: measures it again and collects columns to draw.
 //!
-//! Never knows anything but the log: the same file gives the same numbers on every machine.
+//! Never uses anything but the log: the same file gives the same numbers on every machine.
 
 use crate::summary::{LogFindings, Summary};
 use ringwing_flight::{Event, Latency, TimedEvent};

@@ -1,10 +1,13 @@
 //! How a run went: the verdict, and everything that `summary.json` and the printed summary say.
 //!
-//! Never a 0 for a value that does not exist: it is null in the JSON and a dash in the text.
+//! Never reports 0 for a value that does not exist: the value is null in the JSON and a dash in the text.
 
 mod text;
 
-use crate::{FAILED, VIOLATED, launcher::Outcome};
+use crate::{
+    FAILED, VIOLATED,
+    launcher::{LOG, Outcome},
+};
 use ringwing_flight::{Collider, Collision, Latency, WorldReport};
 use ringwing_recorder::{
     judge,
@@ -18,11 +21,11 @@ use std::process::ExitCode;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Verdict {
-    /// Flew and met its requirements.
+    /// The run flew and met its requirements.
     Passed,
-    /// Flew, but violated a requirement.
+    /// The run flew, but violated a requirement.
     Violated,
-    /// Did not fly to its end, or something went wrong that no requirement covers.
+    /// The run did not fly to its end, or something went wrong that no requirement covers.
     Failed,
 }
 
@@ -151,7 +154,7 @@ impl Summary {
             unanswered_ticks: count(|world| world.unanswered_ticks),
             late_max_us: world.map(|world| world.late_max_us),
             latency: world.and_then(|world| world.latency),
-            log: recorded.then(|| outcome.folder.join("run.mcap").display().to_string()),
+            log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
             log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
             command,
             ..flown

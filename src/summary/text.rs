@@ -9,9 +9,10 @@ use std::fmt;
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
 const LISTED_UAVS: usize = 12;
-/// Faults listed one by one; of more, only the number is printed.
+/// Faults listed one by one; the summary only counts the others. More lines push the verdict off a terminal.
 const LISTED_FAULTS: usize = 12;
-/// UAVs named after an obstacle that repelled them; of more, only the number is printed.
+/// UAVs named after an obstacle that repelled them; the summary only counts the others. More names make the line too
+/// long for a terminal.
 const LISTED_REPELLED: usize = 6;
 
 impl fmt::Display for Summary {
@@ -95,7 +96,7 @@ fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::
     Ok(())
 }
 
-/// Writes about the views of who is alive, if the UAVs ever disagreed.
+/// Writes until when the UAVs disagreed on who is alive, if they ever did.
 fn write_agreement(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
     let Some(until_s) = flight.disagreed_until_s else { return Ok(()) };
     line(

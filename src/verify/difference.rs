@@ -17,8 +17,8 @@ impl fmt::Display for Difference {
 }
 
 impl Difference {
-    /// The difference between a message of the log and the one that was `flown` in its place; `None` stands for a log that
-    /// is over.
+    /// The difference between a message of the log and the message that was `flown` in its place. `None` stands for a
+    /// log without further messages.
     pub(super) fn between(recorded: Option<&LogMessage>, flown: Option<&LogMessage>) -> Self {
         let named = |message: &LogMessage| format!("tick {}, {}", message.sequence, message.topic.name);
         Self(match (recorded, flown) {

@@ -6,7 +6,7 @@ mod difference;
 
 use crate::{
     VIOLATED,
-    launcher::{Plan, launch},
+    launcher::{LOG, Plan, launch},
     tell,
 };
 use anyhow::bail;
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     if let Some(failure) = outcome.failures.first() {
         bail!("the flight cannot be repeated here: {failure}");
     }
-    let result = compare(&args.log, &outcome.folder.join("run.mcap"))?;
+    let result = compare(&args.log, &outcome.folder.join(LOG))?;
     Ok(report(&args.log, result))
 }
 

@@ -1,4 +1,4 @@
-//! Runs benchmarks for the tests, and finds their processes.
+//! Runs `ringwing bench` for the tests and finds its processes.
 
 use super::{leftovers, ringwing, send, wait_until};
 use base64::{Engine, prelude::BASE64_STANDARD};
@@ -11,7 +11,7 @@ use std::{
     process::{Child, Output, Stdio},
 };
 
-/// A benchmark that goes on, with a temporary folder of its own.
+/// A running benchmark, with a temporary folder of its own.
 pub struct Bench {
     child: Child,
     temporary: tempfile::TempDir,
@@ -23,12 +23,12 @@ pub struct Benched {
     pub code: Option<i32>,
     /// Its results, or null.
     pub results: Value,
-    /// What it said on stderr.
+    /// Its stderr.
     pub stderr: String,
 }
 
 impl Bench {
-    /// `ringwing bench --json`, with these arguments too, separated by spaces.
+    /// Starts `ringwing bench --json` with more `arguments`, separated by spaces.
     pub fn start(arguments: &str) -> Self {
         let temporary = tempfile::tempdir().expect("a temporary folder");
         let mut command = ringwing();
@@ -37,7 +37,7 @@ impl Bench {
         Self { child: command.spawn().expect("ringwing starts"), temporary }
     }
 
-    /// The processes that it has started, and theirs, each with its command line.
+    /// All descendants of the benchmark, each with its command line.
     pub fn processes(&self) -> Vec<(u32, String)> {
         let all: Vec<(u32, u32, String)> = processes();
         let mut ours = vec![self.child.id()];
@@ -51,7 +51,7 @@ impl Bench {
         found
     }
 
-    /// The processes that measure one case each; those of before are gone.
+    /// The processes that are measuring a case.
     pub fn cases(&self) -> Vec<u32> {
         let is_case = |(_, parent, line): &(u32, u32, String)| {
             *parent == self.child.id() && line.contains(" bench-case ")
@@ -59,40 +59,40 @@ impl Bench {
         processes().into_iter().filter(is_case).map(|(process, ..)| process).collect()
     }
 
-    /// Waits for a process whose command line has `text` in it.
+    /// Waits for a process whose command line contains `text`.
     pub fn wait_for(&self, text: &str) -> (u32, String) {
         wait_until(&format!("there is a process with {text:?}"), || {
             self.processes().into_iter().find(|(_, line)| line.contains(text))
         })
     }
 
-    /// Whether it has ended by itself.
+    /// Whether the benchmark has ended by itself.
     pub fn has_ended(&mut self) -> bool {
         self.child.try_wait().expect("it can be waited for").is_some()
     }
 
-    /// Asks it to end.
+    /// Asks the benchmark to end, as Ctrl-C does.
     pub fn interrupt(&self) {
         send(self.child.id(), Signal::TERM);
     }
 
-    /// Waits for its end; nothing of it may be left.
+    /// Waits until the benchmark ends, and asserts that it leaves no temporary file.
     pub fn finish(self) -> Benched {
         let Output { status, stdout, stderr } = self.child.wait_with_output().expect("it ends");
         let stderr = String::from_utf8(stderr).expect("text");
         let left = fs::read_dir(self.temporary.path()).expect("its temporary folder").count();
-        assert_eq!(left, 0, "files are left in its temporary folder; it said:\n{stderr}");
+        assert_eq!(left, 0, "files are left in its temporary folder; stderr:\n{stderr}");
         Benched { code: status.code(), results: serde_json::from_slice(&stdout).unwrap_or_default(), stderr }
     }
 }
 
 impl Benched {
-    /// `ringwing bench --json` with `arguments`, to its end.
+    /// Runs `ringwing bench --json` with `arguments` to its end.
     pub fn by(arguments: &str) -> Self {
         Bench::start(arguments).finish()
     }
 
-    /// The cases; all must have been measured.
+    /// The cases; asserts that all were measured.
     pub fn cases(&self) -> &[Value] {
         assert_eq!(self.code, Some(0), "{}\n{}", self.stderr, self.results);
         self.results["cases"].as_array().expect("cases")
@@ -104,7 +104,7 @@ pub fn samples(repeat: &Value, hop: &str) -> u64 {
     repeat["hops"][hop]["n"].as_u64().unwrap_or(0)
 }
 
-/// The number of those of `nanoseconds` or more, to three digits.
+/// The number of samples of `nanoseconds` or more, to three digits.
 pub fn samples_above(repeat: &Value, hop: &str, nanoseconds: u64) -> u64 {
     let Some(text) = repeat["hops"][hop]["hdr"].as_str() else { return 0 };
     let bytes = BASE64_STANDARD.decode(text).expect("base64");
@@ -113,19 +113,19 @@ pub fn samples_above(repeat: &Value, hop: &str, nanoseconds: u64) -> u64 {
     histogram.count_between(nanoseconds, u64::MAX)
 }
 
-/// The domain in a command line of ours.
+/// The domain in the command line of a process.
 pub fn domain_in(line: &str) -> DomainId {
     let (_, rest) = line.split_once("--domain ").expect("a domain");
     rest.split(' ').next().expect("a name").parse().expect("a domain's name")
 }
 
-/// Demands that nothing is left of `domain`.
+/// Asserts that nothing is left of `domain`.
 pub fn assert_gone(domain: &DomainId) {
     wait_until(&format!("nothing is left of {domain}"), || leftovers(domain).is_empty().then_some(()));
     assert!(!domain::all().contains(domain));
 }
 
-/// Every process: its id, its parent's, and its command line.
+/// All processes of the machine: id, id of the parent, command line.
 fn processes() -> Vec<(u32, u32, String)> {
     let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
     let read = |entry: fs::DirEntry| {

@@ -1,19 +1,19 @@
-//! Reads a log with nothing but the `mcap` crate and the recorded field names, as any program can.
+//! Reads a log as any other program can: with the `mcap` crate and the names of the recorded fields only.
 
 use ringwing_recorder::schema::{Faults, LinkCounts, UavControl, UavState};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The messages of a log, topic by topic.
 pub struct Log {
-    /// Encoded messages with their log times in nanoseconds.
+    /// The encoded messages of each topic, with their log times in nanoseconds.
     pub topics: BTreeMap<String, Vec<(u64, Vec<u8>)>>,
 }
 
 impl Log {
-    /// Reads the log at `path`, which must be whole: with its end in place.
+    /// Reads the log at `path`, which must be complete, with its footer.
     pub fn read(path: &Path) -> Self {
-        let bytes = fs::read(path).expect("the log is there");
-        mcap::read::footer(&bytes).expect("the log has its end");
+        let bytes = fs::read(path).expect("the log exists");
+        mcap::read::footer(&bytes).expect("the log has a footer");
         let mut topics: BTreeMap<String, Vec<(u64, Vec<u8>)>> = BTreeMap::new();
         for message in mcap::MessageStream::new(&bytes).expect("an MCAP file") {
             let message = message.expect("a readable message");
@@ -33,17 +33,17 @@ impl Log {
         self.decoded(&format!("/uav/{uav:03}/state"))
     }
 
-    /// Every control of UAV `uav`.
+    /// Every command of UAV `uav`, with the terms of the law.
     pub fn controls(&self, uav: u32) -> Vec<UavControl> {
         self.decoded(&format!("/uav/{uav:03}/control"))
     }
 
-    /// What became of samples on links with faults.
+    /// Counts of the samples on links with faults: delivered, lost, and so on.
     pub fn links(&self) -> Vec<LinkCounts> {
         self.decoded("/links")
     }
 
-    /// Every change of `/faults`.
+    /// The messages of `/faults`.
     pub fn faults(&self) -> Vec<Faults> {
         self.decoded("/faults")
     }

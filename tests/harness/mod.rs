@@ -1,4 +1,4 @@
-//! Flies swarms for the tests: starts the real command, watches it, and leaves nothing behind.
+//! Flies swarms for the tests: starts the real command, observes the run, and ends it when the test is over.
 
 pub mod bench;
 pub mod log;
@@ -18,15 +18,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// No run of a test takes longer, unless it hangs.
-const LONGEST: Duration = Duration::from_secs(120);
+/// Longest wait of a test. Shorter fails tests on a busy machine; longer delays the report of a hang.
+const LONGEST_WAIT: Duration = Duration::from_secs(120);
 
 /// The command under test.
 pub fn ringwing() -> Command {
     Command::new(env!("CARGO_BIN_EXE_ringwing"))
 }
 
-/// A run that is being put together.
+/// A run that is not started yet.
 pub struct Swarm {
     command: Command,
     out: tempfile::TempDir,
@@ -52,19 +52,19 @@ impl Swarm {
         Self { command, out }
     }
 
-    /// With these arguments too, separated by spaces.
+    /// Adds arguments, separated by spaces.
     pub fn with(mut self, arguments: &str) -> Self {
         self.command.args(arguments.split_whitespace());
         self
     }
 
-    /// With this fault too.
+    /// Adds a fault.
     pub fn fault(mut self, sentence: &str) -> Self {
         self.command.args(["--fault", sentence]);
         self
     }
 
-    /// Starts it.
+    /// Starts the run.
     pub fn start(mut self) -> Running {
         let mut child = self
             .command
@@ -74,13 +74,19 @@ impl Swarm {
             .spawn()
             .expect("ringwing starts");
         let lines = lines_of(&mut child);
-        let mut running =
-            Running { child, lines, said: Vec::new(), domain: None, folder: PathBuf::new(), out: self.out };
-        running.learn_where();
+        let mut running = Running {
+            child,
+            lines,
+            stderr_lines: Vec::new(),
+            domain: None,
+            folder: PathBuf::new(),
+            out: self.out,
+        };
+        running.read_domain_and_folder();
         running
     }
 
-    /// Flies it to its end.
+    /// Starts the run and waits until it ends.
     pub fn finish(self) -> Finished {
         self.start().finish()
     }
@@ -93,11 +99,11 @@ fn lines_of(child: &mut Child) -> Receiver<String> {
     receiver
 }
 
-/// A run that goes on.
+/// A live run.
 pub struct Running {
     child: Child,
     lines: Receiver<String>,
-    said: Vec<String>,
+    stderr_lines: Vec<String>,
     domain: Option<Domain>,
     /// The run's folder.
     pub folder: PathBuf,
@@ -105,7 +111,7 @@ pub struct Running {
 }
 
 impl Running {
-    fn learn_where(&mut self) {
+    fn read_domain_and_folder(&mut self) {
         let line = self.wait_for_line("ringwing: domain ");
         let (id, folder) =
             line["ringwing: domain ".len()..].split_once(", folder ").expect("domain and folder");
@@ -114,9 +120,9 @@ impl Running {
         self.domain = Domain::join(&id).ok();
     }
 
-    /// The run's place in shared memory.
+    /// The run's domain in shared memory.
     pub fn domain(&self) -> &Domain {
-        self.domain.as_ref().expect("the run goes on")
+        self.domain.as_ref().expect("the run is live")
     }
 
     fn gate(&self) -> Gate {
@@ -128,48 +134,48 @@ impl Running {
         self.child.id()
     }
 
-    /// The process that flies `part`, once it is ready.
+    /// Waits until `part` is ready; returns its process id.
     pub fn process(&self, part: Part) -> u32 {
         let gate = self.gate();
         wait_until(&format!("{part} is ready"), || gate.ready_process(part))
     }
 
-    /// Sends `signal` to `part`; returns the process that got it.
+    /// Sends `signal` to `part` once it is ready; returns its process id.
     pub fn signal(&self, part: Part, signal: Signal) -> u32 {
         let process = self.process(part);
         send(process, signal);
         process
     }
 
-    /// Waits until the flight has come to `seconds`, at 100 Hz.
+    /// Waits until a flight at 100 Hz reaches the time `seconds`.
     pub fn wait_for_second(&self, seconds: f64) {
         let gate = self.gate();
         let tick = Tick((seconds * 100.0) as i64);
-        wait_until(&format!("the flight comes to {seconds} s"), || {
+        wait_until(&format!("the flight reaches {seconds} s"), || {
             (gate.is_closed() || gate.tick().is_some_and(|now| now >= tick)).then_some(())
         });
     }
 
-    /// Waits until the run says something that contains `text` on stderr; returns that line.
+    /// Waits for a line on stderr that contains `text`; returns the line.
     pub fn wait_for_line(&mut self, text: &str) -> String {
         let start = Instant::now();
         loop {
-            let Ok(line) = self.lines.recv_timeout(LONGEST.saturating_sub(start.elapsed())) else {
-                panic!("the run never said {text:?}, but:\n{}", self.said.join("\n"));
+            let Ok(line) = self.lines.recv_timeout(LONGEST_WAIT.saturating_sub(start.elapsed())) else {
+                panic!("the run printed no {text:?}, only:\n{}", self.stderr_lines.join("\n"));
             };
-            self.said.push(line.clone());
+            self.stderr_lines.push(line.clone());
             if line.contains(text) {
                 return line;
             }
         }
     }
 
-    /// Waits for the end of the command, and of everything that it left.
+    /// Waits until the run ends; returns its outcome and output.
     pub fn finish(mut self) -> Finished {
         let status =
             wait_until("the run ends", || self.child.try_wait().expect("the child can be waited for"));
         while let Ok(line) = self.lines.recv_timeout(Duration::from_secs(5)) {
-            self.said.push(line);
+            self.stderr_lines.push(line);
         }
         let id = self.domain.take().map(|domain| domain.id().clone());
         let summary = fs::read(self.folder.join("summary.json")).ok();
@@ -177,7 +183,7 @@ impl Running {
         Finished {
             status,
             summary: summary.map_or(Value::Null, |text| serde_json::from_slice(&text).expect("JSON")),
-            stderr: std::mem::take(&mut self.said).join("\n"),
+            stderr: std::mem::take(&mut self.stderr_lines).join("\n"),
             folder: self.folder.clone(),
             domain: id.expect("the run had a domain"),
             _out: out,
@@ -188,9 +194,9 @@ impl Running {
 impl Drop for Running {
     fn drop(&mut self) {
         if thread::panicking() {
-            eprintln!("--- the run said:\n{}", self.said.join("\n"));
+            eprintln!("--- stderr of the run:\n{}", self.stderr_lines.join("\n"));
         }
-        // Killing the launcher ends its processes; what it left in shared memory the next run or `clean` removes.
+        // Killing the launcher ends its processes. The next run or `ringwing clean` removes its remains in shared memory.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
@@ -202,7 +208,7 @@ pub struct Finished {
     pub status: ExitStatus,
     /// Its `summary.json`, or null.
     pub summary: Value,
-    /// What it said on stderr.
+    /// Its stderr.
     pub stderr: String,
     /// Its folder.
     pub folder: PathBuf,
@@ -226,20 +232,21 @@ impl Finished {
         log::Log::read(&self.folder.join("run.mcap"))
     }
 
-    /// Demands this exit code, and that nothing is left of the run.
+    /// Asserts that the run ended with this exit code and left nothing behind.
     pub fn assert_ended_with(&self, code: i32) -> &Self {
         assert_eq!(self.status.code(), Some(code), "{}\n{:#}", self.stderr, self.summary);
         self.assert_nothing_left();
         self
     }
 
-    /// Demands that no process, no shared memory and no temporary file of the run is left.
+    /// Asserts that the run left no process, no shared memory and no temporary file behind.
     pub fn assert_nothing_left(&self) {
         wait_until_gone(&self.domain);
     }
 }
 
-/// Waits until no process, no shared memory and no temporary file of `domain` is left; a killed process takes a moment.
+/// Waits until no process, no shared memory and no temporary file of `domain` is left. Waits, because a killed process takes
+/// a moment to disappear.
 pub fn wait_until_gone(domain: &DomainId) {
     let start = Instant::now();
     loop {
@@ -252,7 +259,7 @@ pub fn wait_until_gone(domain: &DomainId) {
     }
 }
 
-/// What is left of a run.
+/// The processes, shared memory and temporary files of a run that still exist.
 pub fn leftovers(domain: &DomainId) -> Vec<String> {
     let mut left = processes_of(domain);
     for folder in ["/dev/shm", "/tmp"] {
@@ -265,7 +272,7 @@ pub fn leftovers(domain: &DomainId) -> Vec<String> {
     left
 }
 
-/// The processes of a run, each as its id and its command line.
+/// The processes of a run, each as its path in `/proc` and its command line.
 pub fn processes_of(domain: &DomainId) -> Vec<String> {
     let wanted = format!("--domain\0{domain}\0");
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
@@ -280,17 +287,17 @@ pub fn processes_of(domain: &DomainId) -> Vec<String> {
 /// Sends `signal` to `process`.
 pub fn send(process: u32, signal: Signal) {
     let pid = Pid::from_raw(process.cast_signed()).expect("a process id");
-    kill_process(pid, signal).expect("the process is there");
+    kill_process(pid, signal).expect("the process exists");
 }
 
-/// Waits until `condition` gives something; fails the test when it takes too long.
+/// Waits until `condition` returns a value; fails the test after [`LONGEST_WAIT`].
 pub fn wait_until<T>(what: &str, mut condition: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
     loop {
         if let Some(value) = condition() {
             return value;
         }
-        assert!(start.elapsed() < LONGEST, "waited in vain until {what}");
+        assert!(start.elapsed() < LONGEST_WAIT, "timed out waiting until {what}");
         thread::sleep(Duration::from_millis(1));
     }
 }

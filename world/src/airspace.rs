@@ -1,12 +1,12 @@
-//! What one tick does to the flight: who senses what, which commands the airframes take, and the account of it all.
+//! What one tick does to the flight: what each UAV senses, which commands the airframes take, and the report on it.
 //!
 //! The world's process and the simulation both drive a flight through [`Airspace`], so both run the same code and get
 //! the same payload hash. The rules of a flight in lockstep, for tick k:
 //!
 //! 1. [`Airspace::open_tick`] senses for every UAV in the sky. All of it is published before the tick opens.
 //! 2. Every running agent and the leader answer tick k, agents with a [`Command`] of tick k. A running agent answers
-//!    every tick: one that has nothing to go by withholds its command, which is an answer too. The world waits for all
-//!    of them, also for the agent of a UAV that has vanished.
+//!    every tick: if it does not know where its UAV is, it withholds its command, which is an answer too. The world
+//!    waits for all of them, also for the agent of a UAV that has vanished.
 //! 3. [`Airspace::take`] offers each command to its airframe when it arrives. The order does not matter, because no
 //!    airframe depends on another one's command.
 //! 4. [`Airspace::end_tick`] hashes the answers to tick k, UAV 1 first, whether or not the airframes took them.
@@ -37,7 +37,7 @@ pub struct Airspace {
     last_tick: Tick,
 }
 
-/// Where the commands came from that the airframes fly on through a tick.
+/// How many airframes fly through a tick on a command of that tick, and how many on an older one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct CommandCounts {
     /// Airframes that fly on a command of this tick. An answer without a command is not counted.
@@ -141,7 +141,7 @@ impl Airspace {
         events
     }
 
-    /// The flight so far. The fields that need a wall clock are zero or empty: whoever has a clock fills them in.
+    /// The flight so far. The fields that need a wall clock are zero or empty: the world's process fills them in.
     pub fn report(&self) -> WorldReport {
         WorldReport {
             last_tick: self.now().0,

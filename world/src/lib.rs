@@ -16,5 +16,5 @@ pub mod sky;
 
 pub use airframe::{Airframe, Refusal};
 pub use airspace::{Airspace, CommandCounts};
-pub use process::{Args, run};
+pub use process::{WorldArgs, run};
 pub use sky::Sky;

@@ -33,7 +33,7 @@ impl Sky {
         }
     }
 
-    /// The tick at which everything in it is.
+    /// The tick that the airframes have reached.
     pub fn now(&self) -> Tick {
         self.now
     }

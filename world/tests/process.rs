@@ -9,7 +9,7 @@ use ringwing_bus::{
 };
 use ringwing_flight::{Command, Part, Roster, Tick, UavId, WorldReport};
 use ringwing_scenario::{Scenario, start};
-use ringwing_world::{Airspace, Args, run};
+use ringwing_world::{Airspace, WorldArgs, run};
 use std::{
     thread,
     time::{Duration, Instant},
@@ -37,7 +37,7 @@ impl Everybody {
         let (owner, gate) = DomainOwner::create(&text).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
         let held = Services::create(&node, &scenario).unwrap();
-        let args = Args { member: MemberArgs { domain: owner.domain().id().clone(), launcher: None } };
+        let args = WorldArgs { member: MemberArgs { domain: owner.domain().id().clone(), launcher: None } };
         let mut everybody = Self {
             airspace: Airspace::new(&scenario, &start::states(&scenario).unwrap()),
             commands: UavId::all(UAVS).map(|uav| services::command(uav).publisher(&node).unwrap()).collect(),

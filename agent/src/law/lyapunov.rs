@@ -38,7 +38,7 @@ fn candidate_of(flyer: &Flyer, leader_speed_m_s: f64, leader_heading_rad: f64) -
 
 /// dV/dt of Eq. (10) under the unsaturated law, Eq. (6): never positive.
 ///
-/// Requires an undirected communication graph: of two neighbours, each one's law has a term for the other.
+/// Requires an undirected communication graph: the laws of two neighbours each have a term for the other.
 pub fn lyapunov_rate(flyers: &[Flyer], leader_speed_m_s: f64, leader_heading_rad: f64) -> f64 {
     let leader: Vector2<f64> = direction(leader_heading_rad) * leader_speed_m_s;
     let rate_of = |flyer: &Flyer| {

@@ -1,26 +1,28 @@
-//! Which rumours a UAV puts into its states: changes first, then everything else in turn.
+//! Which rumours a UAV puts into its states: changes first, then the standings of all others in turn.
+//!
+//! Never decides who is alive, only what to tell about it.
 
 use super::record::MemberRecord;
 use ringwing_flight::{Rumour, payload::RUMOURS};
 
-/// What was sent, and what comes next.
+/// What was sent, and what to send next.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Dissemination {
     /// Set by the first change. Until then all rumours are empty, so that a flight without losses sends the same states
     /// with and without a membership.
     has_changes: bool,
-    /// Where the turn of those that are not news goes on, as an index.
+    /// The index of the member to repeat next once the news is sent.
     next_in_turn: usize,
 }
 
 impl Dissemination {
-    /// Makes the standing of `member` news.
+    /// Marks the standing of `member` as news.
     pub(super) fn spread(&mut self, member: &mut MemberRecord) {
         self.has_changes = true;
         member.make_news();
     }
 
-    /// The rumours to send in this tick; those that are left over are empty.
+    /// The rumours to send in this tick; entries that are left over are empty.
     pub(super) fn rumours(&mut self, members: &mut [MemberRecord]) -> [Rumour; RUMOURS] {
         let mut rumours = [Rumour::default(); RUMOURS];
         if self.has_changes {
@@ -30,14 +32,14 @@ impl Dissemination {
         rumours
     }
 
-    /// Fills the places after the first `news` with standings that are not among them.
+    /// Fills the entries after the first `news` with the standings of other members, in turn.
     ///
-    /// Repeating what is old reaches a UAV that was cut off or restarted after the news had gone round.
+    /// Repeated standings reach a UAV that was cut off or restarted after the news had spread.
     fn add_in_turn(&mut self, members: &[MemberRecord], rumours: &mut [Rumour; RUMOURS], news: usize) {
         let (mut filled, count) = (news, members.len());
         for index in (self.next_in_turn..self.next_in_turn + count).map(|index| index % count) {
             let rumour = rumour(index, &members[index]);
-            // Alive in the first incarnation is what everybody assumes anyway.
+            // Skip the standing that every UAV assumes anyway: alive in the first incarnation.
             if rumour.standing == 0 || rumours[..news].contains(&rumour) {
                 continue;
             }

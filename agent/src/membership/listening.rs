@@ -1,11 +1,14 @@
 //! Which UAVs of one side of the ring are worth listening to.
+//!
+//! Never decides who is alive.
 
 use ringwing_flight::Tick;
 
-/// Lost UAVs that are listened to on each side, for their return. Of more, one beyond these is listened to in turn.
-/// A larger number notices returns sooner and takes more connections.
+/// Lost UAVs to listen to on each side, in case they return. If more are lost, the others take turns, one at a time. A
+/// larger number notices returns sooner and takes more connections.
 const LOST_PER_SIDE: usize = 8;
-/// How long each turn lasts, in loss timeouts. Shorter goes round sooner, but a UAV needs time to be received at all.
+/// How long each turn lasts, in loss timeouts. Shorter turns get round sooner, but may end before anything arrives
+/// from a UAV that has returned.
 const TURN_TIMEOUTS: i64 = 2;
 
 /// One side of the ring, in places: 0 is the nearest UAV in the whole ring.
@@ -38,7 +41,7 @@ impl Side {
             || self.in_turn == Some(place)
     }
 
-    /// Whether so many UAVs are listened to, on both sides together, that some may have to take turns.
+    /// Whether `listened` UAVs, on both sides together, are so many that some may have to take turns.
     pub(super) fn may_take_turns(listened: usize) -> bool {
         listened > 2 * LOST_PER_SIDE
     }

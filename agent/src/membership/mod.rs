@@ -3,17 +3,18 @@
 //! A failure detector and a dissemination protocol after SWIM (Das, Gupta, Motivala 2002). The states that every UAV
 //! sends each tick replace SWIM's probes, and carry its rumours:
 //!
-//! - Each UAV watches the nearest UAV on each side of the ring that is alive. After a silence of a quarter of its
-//!   patience it suspects that UAV; after all of it, it declares the UAV lost and watches the next one beyond.
+//! - Each UAV watches the nearest UAV on each side of the ring that is alive. If that UAV is silent for a quarter of
+//!   the patience with it, the watcher suspects it. If it is silent for the whole patience, the watcher declares it
+//!   lost and watches the next one.
 //! - Suspicions and losses travel round the ring as rumours. A UAV that receives a rumour of its own suspicion or
 //!   loss refutes it with the next incarnation.
 //! - After a refuted suspicion the patience with that UAV doubles, because its link has longer gaps than assumed.
 //!   After a long time without such gaps it halves again.
-//! - Of two reports on a UAV, the one with the higher standing is the newer, whatever way it took and
-//!   however late it is. So all UAVs that hear from each other, directly or not, agree in the end.
+//! - Of two reports on a UAV, the one with the higher standing is newer, whichever way it came and however late. So
+//!   all UAVs that hear from each other, directly or not, agree in the end.
 //!
-//! Never takes lateness for loss: a UAV is alive if something new arrived from it lately, however old that is. Never
-//! knows positions.
+//! Never mistakes lateness for loss: a UAV is alive if something new arrived from it recently, however old that is.
+//! Never knows positions.
 
 mod dissemination;
 mod listening;
@@ -28,18 +29,18 @@ use standing::Standing;
 
 /// The two directions round the ring.
 #[derive(Debug, Clone, Copy)]
-enum Direction {
+enum RingSide {
     Previous,
     Next,
 }
 
-const DIRECTIONS: [Direction; 2] = [Direction::Previous, Direction::Next];
+const DIRECTIONS: [RingSide; 2] = [RingSide::Previous, RingSide::Next];
 
-/// A UAV whose silence counts.
+/// A UAV that is watched for silence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Watch {
     uav: UavId,
-    /// The silence counts from this tick on.
+    /// Only silence from this tick on counts.
     since: Tick,
 }
 
@@ -52,7 +53,7 @@ pub struct MembershipView {
     members: Vec<MemberRecord>,
     /// On each side the nearest UAV that is alive, and while that one is silent the next one beyond.
     watches: Vec<Watch>,
-    /// The same in the tick before.
+    /// The watches of the tick before.
     watches_before: Vec<Watch>,
     listened: Vec<UavId>,
     revision: u64,
@@ -61,8 +62,8 @@ pub struct MembershipView {
 }
 
 impl MembershipView {
-    /// The view of UAV `own` in a swarm of `count`, as it starts: all are alive. A watched UAV that is silent for
-    /// `timeout_ticks` is lost, unless its link has taught this one more patience.
+    /// The view of UAV `own` in a swarm of `count` at the start: all are alive. A watched UAV that is silent for
+    /// `timeout_ticks` is lost, unless the patience with it has grown.
     pub fn new(own: UavId, count: u32, timeout_ticks: i64) -> Self {
         let mut view = Self {
             own,
@@ -79,7 +80,7 @@ impl MembershipView {
         view
     }
 
-    /// Whether this UAV holds `uav` for alive; a suspected UAV is alive.
+    /// Whether this UAV considers `uav` alive; a suspected UAV is alive.
     pub fn is_alive(&self, uav: UavId) -> bool {
         !self.members[uav.index()].standing.is_lost()
     }
@@ -158,9 +159,9 @@ impl MembershipView {
 
     /// Watches the UAVs in one direction that are alive, up to the first that is not silent.
     ///
-    /// The one beyond a suspect is watched before the suspect is declared lost: of several UAVs that are lost
-    /// together, the second then does not cost a whole patience more.
-    fn watch(&mut self, direction: Direction, now: Tick) {
+    /// The UAV beyond a suspect is watched before the suspect is declared lost. If two neighbours are lost together,
+    /// the loss of the second one then does not take another whole patience to notice.
+    fn watch(&mut self, direction: RingSide, now: Tick) {
         for uav in self.others(direction) {
             if !self.is_alive(uav) {
                 continue;
@@ -179,12 +180,12 @@ impl MembershipView {
     }
 
     /// All other UAVs in one direction, the nearest first.
-    fn others(&self, direction: Direction) -> impl Iterator<Item = UavId> + use<> {
+    fn others(&self, direction: RingSide) -> impl Iterator<Item = UavId> + use<> {
         let (own, count) = (self.own, self.count());
         let step = move |uav: &UavId| {
             Some(match direction {
-                Direction::Previous => uav.previous(count),
-                Direction::Next => uav.next(count),
+                RingSide::Previous => uav.previous(count),
+                RingSide::Next => uav.next(count),
             })
         };
         std::iter::successors(step(&own), step).take_while(move |uav| *uav != own)

@@ -1,4 +1,6 @@
 //! What one UAV knows of another: its standing, its last sign of life, and how long a silence it is allowed.
+//!
+//! Never knows where a UAV is in the ring.
 
 use super::standing::Standing;
 use ringwing_flight::{Tick, UavState};
@@ -12,7 +14,7 @@ const PATIENCE_MAX_TIMEOUTS: i64 = 64;
 /// other news when many UAVs change at once.
 const NEWS_COPIES: u32 = 4;
 
-/// How a silence of a watched UAV is judged.
+/// What the silence of a watched UAV means.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Silence {
     /// Too short to mean anything.
@@ -31,7 +33,7 @@ pub(super) struct MemberRecord {
     newest_state: Option<Tick>,
     /// The tick of its last sign of life: a new state, or a new incarnation.
     last_sign: Option<Tick>,
-    /// The silence that is taken for a loss.
+    /// A silence of this length counts as a loss.
     patience_ticks: i64,
     patience_since: Tick,
     /// The longest silence between two signs of life since `patience_since`.
@@ -43,7 +45,7 @@ pub(super) struct MemberRecord {
 }
 
 impl MemberRecord {
-    /// A UAV of which nothing was received: it is held for alive.
+    /// A UAV from which nothing was received yet; it is considered alive.
     pub(super) fn new(timeout_ticks: i64) -> Self {
         Self {
             standing: Standing::default(),
@@ -57,7 +59,7 @@ impl MemberRecord {
         }
     }
 
-    /// Takes a state of it that was received in `now` for a sign of life, unless a newer one came before.
+    /// Counts a state received in `now` as a sign of life, unless a newer state came before.
     pub(super) fn receive(&mut self, state: &UavState, now: Tick, timeout_ticks: i64) {
         if self.newest_state >= Some(state.tick) {
             return;
@@ -69,8 +71,8 @@ impl MemberRecord {
         self.shorten_patience(now, timeout_ticks);
     }
 
-    /// Halves a patience that has grown, if for twice its length no silence would have led to a suspicion with half
-    /// of it.
+    /// Halves a patience that has grown, if for twice its length every silence was too short for a suspicion even at
+    /// half the patience.
     fn shorten_patience(&mut self, now: Tick, timeout_ticks: i64) {
         let has_grown = self.patience_ticks > timeout_ticks;
         if has_grown && now.since(self.patience_since) >= 2 * self.patience_ticks {
@@ -80,8 +82,8 @@ impl MemberRecord {
         }
     }
 
-    /// Takes a new incarnation for a sign of life. If this UAV had suspected it, the suspicion was wrong: its link
-    /// has longer gaps than assumed, so patience doubles.
+    /// Counts a new incarnation as a sign of life. If this UAV had suspected it, the suspicion was wrong: the link has
+    /// longer gaps than assumed, so the patience doubles.
     pub(super) fn refute(&mut self, now: Tick, timeout_ticks: i64) {
         self.last_sign = Some(now);
         if std::mem::take(&mut self.is_doubted) {
@@ -94,8 +96,8 @@ impl MemberRecord {
         (self.patience_ticks, self.patience_since, self.longest_silence_ticks) = (ticks, now, 0);
     }
 
-    /// Judges its silence in `now`, if it has been watched since `watched_since`: a silence before that counts for
-    /// nothing, because nobody listened.
+    /// Judges its silence in `now`, if it has been watched since `watched_since`. Silence before that does not count,
+    /// because nobody listened.
     pub(super) fn judge_silence(&mut self, watched_since: Tick, now: Tick) -> Silence {
         let begin = self.last_sign.map_or(watched_since, |sign| sign.max(watched_since));
         let silence = now.since(begin);
@@ -106,7 +108,7 @@ impl MemberRecord {
         if silence < self.patience_ticks { Silence::Suspicious } else { Silence::Over }
     }
 
-    /// Makes its standing news.
+    /// Marks its standing as news.
     pub(super) fn make_news(&mut self) {
         self.news_copies = NEWS_COPIES;
     }

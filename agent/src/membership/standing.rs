@@ -1,4 +1,6 @@
-//! The standing of a UAV: its incarnation and its status in one number, so that of two reports the higher is the newer.
+//! The standing of a UAV: its incarnation and its status in one number. Of two reports, the higher one is newer.
+//!
+//! Never knows when a report was made: the number alone decides.
 
 /// Three times the incarnation, plus 0 for alive, 1 for suspected, 2 for lost.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,7 +25,8 @@ impl Standing {
         Self((self.0 - self.0 % 3).saturating_add(2))
     }
 
-    /// Alive in the next incarnation, which outranks a suspicion or a loss report; a report of being alive needs none.
+    /// Alive in the next incarnation, which outranks a suspicion or a loss report. A standing that is alive stays as
+    /// it is.
     pub(super) fn refuted(self) -> Self {
         // `u32::MAX` is a multiple of three, so rounding up cannot overflow.
         Self(self.0.div_ceil(3) * 3)

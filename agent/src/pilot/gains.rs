@@ -1,4 +1,6 @@
 //! The gains of the law, and how the resilient law weakens them.
+//!
+//! Never keeps state: the same distance and the same age give the same gain.
 
 use super::track::PeerTrack;
 use nalgebra::Vector2;
@@ -49,7 +51,8 @@ impl Gains {
         self.formation * self.reach_m.map_or(1.0, decayed)
     }
 
-    /// The share of a neighbour's gain that is left at the age of `track`: 1 at the one tick that every sample takes.
+    /// The share of a neighbour's gain that is left at the age of `track`. It is 1 at an age of one tick, which every
+    /// sample takes to arrive.
     pub(super) fn trust(&self, track: &PeerTrack, now: Tick) -> f64 {
         let age_s = (now.since(track.tick) - 1) as f64 * self.period_s;
         self.trust_time_s.map_or(1.0, |time_s| libm::exp(-age_s / time_s))

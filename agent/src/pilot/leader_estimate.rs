@@ -1,4 +1,5 @@
-//! Where a UAV takes the leader to be, also while the leader is silent, and without a jump when it is heard again.
+//! Where a UAV assumes the leader to be: it predicts a silent leader, and avoids a jump when the leader is heard
+//! again.
 //!
 //! Never plans a path: a silent leader flies on along its last arc.
 
@@ -41,7 +42,7 @@ impl LeaderEstimate {
     ) -> Option<(PeerTrack, Pose)> {
         let track = *self.newest.get()?;
         let mut pose = track.along_arc(now, reckoning, period_s);
-        // The paper's law uses what it received as it is.
+        // The paper's law uses the received state as it is.
         if reckoning == DeadReckoning::Full {
             self.smooth(&track, &pose, now, period_s);
             pose.position += self.offset;
@@ -49,7 +50,7 @@ impl LeaderEstimate {
         Some((track, pose))
     }
 
-    /// Adds to the offset what the prediction jumped by with a new track, and lets the offset decay.
+    /// Adds the jump of the prediction at a new track to the offset, and lets the offset decay.
     fn smooth(&mut self, track: &PeerTrack, pose: &Pose, now: Tick, period_s: f64) {
         if let Some(used) = self.used.filter(|used| used.tick != track.tick) {
             let without_news = used.along_arc(now, DeadReckoning::Full, period_s);

@@ -148,7 +148,7 @@ impl Pilot {
         self.slots.advance(now);
     }
 
-    /// What Eq. (3) measures the UAV's position against, with everybody where they are at `now`.
+    /// What Eq. (3) measures the UAV's position against, with everything predicted to `now`.
     fn field(
         &self,
         geometry: &SlotGeometry,
@@ -244,7 +244,8 @@ impl Pilot {
         Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, withheld: 0 }
     }
 
-    /// What the neighbours are told. With the speed and turn rate that begin now, they predict the coming tick exactly.
+    /// The state for the neighbours. It holds the speed and turn rate that begin now, so they predict the coming tick
+    /// exactly.
     fn state(&mut self, now: Tick, own: &Pose, control: ControlInput) -> UavState {
         UavState {
             tick: now,

@@ -23,7 +23,7 @@ struct NeighbourTrack {
 }
 
 impl Neighbours {
-    /// Those of `own` in `scenario`. A UAV that is silent for `timeout_ticks` may be declared lost.
+    /// The neighbours of `own` in `scenario`. A UAV that is silent for `timeout_ticks` may be declared lost.
     pub(super) fn new(scenario: &Scenario, own: UavId, timeout_ticks: i64) -> Self {
         let count = scenario.formation.uavs;
         let closes = scenario.control.ring_closes;
@@ -68,7 +68,7 @@ impl Neighbours {
         &self.listened
     }
 
-    /// Whether this UAV holds `uav` for alive.
+    /// Whether this UAV considers `uav` alive.
     pub(super) fn is_alive(&self, uav: UavId) -> bool {
         self.membership.as_ref().is_none_or(|membership| membership.is_alive(uav))
     }

@@ -24,7 +24,7 @@ pub(super) struct OwnFlight {
 }
 
 impl Default for OwnFlight {
-    /// Before anything was sensed.
+    /// What is known before anything was sensed.
     fn default() -> Self {
         Self {
             senses: None,
@@ -43,8 +43,8 @@ impl OwnFlight {
         }
     }
 
-    /// The newest senses, or `None` if nothing new has arrived for `timeout_ticks`: a UAV that long without senses must
-    /// not command its airframe.
+    /// The newest senses, or `None` if nothing new has arrived for `timeout_ticks`: then the UAV must not command its
+    /// airframe.
     pub(super) fn senses(&mut self, now: Tick, timeout_ticks: i64) -> Option<&Sensed> {
         if std::mem::take(&mut self.has_news) {
             self.last_news = now;

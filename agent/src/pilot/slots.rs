@@ -13,7 +13,8 @@ pub(super) struct SlotGeometry {
     pub(super) slot: Vector2<f64>,
     /// R: the distance from the centre to the slot.
     pub(super) radius_m: f64,
-    /// The previous and the next living UAV in the ring, each with L, the distance between its slot and the own one.
+    /// The previous and the next living UAV in the ring, each with L, the distance between its slot and this UAV's
+    /// slot.
     pub(super) neighbours: [Option<(UavId, f64)>; 2],
 }
 
@@ -30,7 +31,7 @@ pub(super) struct Slots {
     geometry: SlotGeometry,
 }
 
-/// One slot's way between two places, at constant rates of bearing and radius.
+/// The path of one slot between two places, at constant rates of bearing and radius.
 ///
 /// Two slots never meet on the way: between two rings in ring order all slots stay in ring order.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -102,7 +103,7 @@ impl Slots {
         self.ring.count() as u32
     }
 
-    /// The part of the way that is done, from 0 to 1.
+    /// The share of the move that is done, from 0 to 1.
     fn progress(&self, now: Tick) -> f64 {
         let done = now.since(self.began);
         if done >= self.duration_ticks || !self.is_moving {

@@ -1,4 +1,4 @@
-//! What a UAV has received of another UAV or of the leader, and where that one is now.
+//! What a UAV has received from another UAV or from the leader, and where that sender is now.
 //!
 //! Never holds a sample before it can be used: early ones wait in the [arrivals](crate::reception::arrivals).
 

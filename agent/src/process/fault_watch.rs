@@ -1,4 +1,6 @@
-//! The faults that concern an agent: those of the scenario, and those added while the run goes on.
+//! The faults that concern an agent: those of the scenario, and those added during the run.
+//!
+//! Never applies a link fault: the agent's reception does.
 
 use ringwing_bus::{BusError, Gate, Member, report};
 use ringwing_flight::{Part, Tick, UavId};

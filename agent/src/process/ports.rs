@@ -26,10 +26,10 @@ pub(super) struct AgentPorts<'m> {
     account: Publisher<Account>,
     /// Opened for the first counts: most runs have no link faults.
     link_counts: Option<Publisher<LinkCounts>>,
-    /// Bytes that benchmarks carry beside the messages.
+    /// Bytes that benchmarks carry besides the messages.
     ballast: Option<Ballast>,
     uavs: u32,
-    /// The last tick that was received in.
+    /// The last tick in which samples were received.
     received: Option<Tick>,
     /// How long to wait for a leader state that was lost with its leader.
     lost_with_leader_limit: Duration,
@@ -94,7 +94,7 @@ impl<'m> AgentPorts<'m> {
         now: Tick,
     ) -> Result<(), BusError> {
         let before = Tick(now.0 - 1);
-        // An agent that was not there in the tick before ignores what was sent in it.
+        // An agent that did not take part in the tick before ignores what was sent in it.
         let was_there = self.received.replace(now) == Some(before);
         let is_missing = |agent: &UavAgent| {
             let was_sent = || gate.led() >= Some(before) && !gate.is_closed();
@@ -111,12 +111,12 @@ impl<'m> AgentPorts<'m> {
         Ok(())
     }
 
-    /// Opens and closes inputs, as `agent` now wants to listen.
+    /// Opens and closes inputs, so that exactly the UAVs that `agent` now listens to are open.
     pub(super) fn update_inputs(&mut self, agent: &mut UavAgent) -> Result<(), BusError> {
         agent.update_inputs(&mut self.inputs)
     }
 
-    /// Sends the answer to `now`, of an agent that woke at `woke_ns` and had read its inputs at `read_ns`.
+    /// Sends the answer to `now`. The agent woke at `woke_ns` and had read its inputs at `read_ns`.
     pub(super) fn send(
         &mut self,
         answer: &Answer,
@@ -129,7 +129,7 @@ impl<'m> AgentPorts<'m> {
         if let Some(ballast) = &self.ballast {
             ballast.send(now)?;
         }
-        // The command comes last: with it the tick may be over.
+        // Send the command last: it may end the tick.
         if let Some(account) = answer.account {
             self.account.send(account, stamps)?;
         }
@@ -184,8 +184,8 @@ impl Inputs for InputPorts<'_> {
         self.leader.drain_until(|sample, _| take(sample))
     }
 
-    /// A service is full while UAVs that do not agree yet on who is alive listen to the same one. Their places become
-    /// free as they agree, so a failure is not an error.
+    /// A service can be full while UAVs disagree on who is alive and too many listen to the same one. Places become
+    /// free as they agree, so a full service is not an error.
     fn open_state(&mut self, from: UavId) -> Result<bool, BusError> {
         let port = services::state(from).subscriber_if_free(self.member.node(), services::TICK_DEPTH)?;
         let is_open = port.is_some();

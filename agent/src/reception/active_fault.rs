@@ -3,7 +3,7 @@
 //! A pure function of (seed, link, sending tick), so faults never influence each other.
 
 use super::{
-    impairment::Route,
+    route::Route,
     sample::{PoseError, Sample},
 };
 use ringwing_flight::{Tick, draw::Draws};
@@ -32,9 +32,9 @@ struct GilbertState {
 pub(super) struct Fate<T> {
     pub(super) sample: T,
     pub(super) is_lost: bool,
-    /// Kept until no `hold` is on.
+    /// Whether the sample waits until no `hold` is on.
     pub(super) is_held: bool,
-    /// Beyond the latency of a link without faults.
+    /// The delay beyond the latency of a link without faults.
     pub(super) delay_s: f64,
     /// Copies that follow the sample.
     pub(super) copies: u32,

@@ -37,7 +37,7 @@ impl<T: Sample> Arrivals<T> {
     /// Returns whether the newest usable sample was among them; then there is no need to poll for more.
     pub fn begin(&mut self, now: Tick, mut take: impl FnMut(&T)) -> bool {
         self.newest = Tick(now.0 - self.latency_ticks);
-        // A newcomer ignores what was sent before its first tick: whether its queue still got that is chance.
+        // A newcomer ignores what was sent before its first tick: chance decides whether its queue still got that.
         self.first.get_or_insert(now);
         // After a thaw, use only the newest sample: how much was queued depends on scheduling.
         let is_lockstep = self.pace == Pace::Lockstep;

@@ -11,22 +11,11 @@ mod tests;
 
 use super::{
     active_fault::{ActiveFault, Fate, LinkDraws},
+    route::Route,
     sample::Sample,
 };
-use ringwing_flight::{LinkCounts, LinkSource, Tick, UavId};
+use ringwing_flight::{LinkCounts, Tick};
 use ringwing_scenario::fault::schedule::LinkFault;
-
-/// A link in one direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Route {
-    /// The sender.
-    pub source: LinkSource,
-    /// The receiver.
-    pub to: UavId,
-    /// Ticks from the sending of a sample until it can be used, without faults: 0 for a UAV's own senses, 1 for the
-    /// leader's and the other UAVs' states.
-    pub latency_ticks: i64,
-}
 
 /// A sample that was sent and has not arrived yet.
 #[derive(Debug, Clone, Copy)]
@@ -67,7 +56,7 @@ impl<T: Sample> ImpairedLink<T> {
         }
     }
 
-    /// Replaces the link's faults by those of `faults` that concern it. Samples in flight stay there.
+    /// Replaces the link's faults by those of `faults` that concern it. Samples in flight stay in flight.
     pub fn set_faults(&mut self, faults: &[LinkFault]) {
         self.faults = ActiveFault::of_route(faults, &self.route);
     }

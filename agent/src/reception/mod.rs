@@ -8,10 +8,12 @@
 mod active_fault;
 pub mod arrivals;
 pub mod impairment;
+mod route;
 pub mod sample;
 
 pub use arrivals::Arrivals;
-pub use impairment::{ImpairedLink, Route};
+pub use impairment::ImpairedLink;
+pub use route::Route;
 pub use sample::Sample;
 
 use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
@@ -38,8 +40,8 @@ pub trait Inputs {
     /// Polls what the leader sends.
     fn leader(&mut self, take: &mut Take<LeaderState>) -> Result<(), Self::Error>;
 
-    /// Starts to listen to `from`, so that what it sends from the next tick on is available. Returns whether that is
-    /// possible at the moment; the agent tries again in its next tick.
+    /// Starts to listen to `from`, so that what it sends from the next tick on is available. Returns false if that is
+    /// impossible at the moment; the agent then tries again in its next tick.
     fn open_state(&mut self, from: UavId) -> Result<bool, Self::Error>;
 
     /// Stops listening to `from`.

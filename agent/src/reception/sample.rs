@@ -1,4 +1,6 @@
 //! What every sample on a link has in common.
+//!
+//! Never decides what happens to a sample: the faults of its link do.
 
 use ringwing_flight::{LeaderState, Sensed, Tick, UavState, wrap};
 

@@ -23,7 +23,7 @@ const DATAGRAM_BYTES: usize = 32 * 1024;
 
 /// One end of a connection.
 #[derive(Debug)]
-pub(super) enum Connection {
+pub(super) enum PeerConnection {
     /// Two pipes.
     Pipe { out: File, back: File },
     /// Two pipes that are polled.
@@ -36,7 +36,7 @@ pub(super) enum Connection {
     Tcp(TcpStream),
 }
 
-impl Connection {
+impl PeerConnection {
     /// Two blocking pipes.
     pub(super) fn pipe(out: impl Into<OwnedFd>, back: impl Into<OwnedFd>) -> Self {
         Self::Pipe { out: File::from(out.into()), back: File::from(back.into()) }
@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     /// Sends a message both ways that is larger than any buffer or datagram.
-    fn echo(mut near: Connection, mut far: Connection) {
+    fn echo(mut near: PeerConnection, mut far: PeerConnection) {
         let message: Vec<u8> = (0..200_000_u32).map(|number| (number % 251) as u8).collect();
         thread::scope(|scope| {
             let there = scope.spawn(|| {
@@ -176,20 +176,23 @@ mod tests {
     fn long_messages_arrive_complete_over_every_connection() {
         let pipes = || (io::pipe().unwrap(), io::pipe().unwrap());
         let ((near_in, far_out), (far_in, near_out)) = pipes();
-        echo(Connection::pipe(near_out, near_in), Connection::pipe(far_out, far_in));
+        echo(PeerConnection::pipe(near_out, near_in), PeerConnection::pipe(far_out, far_in));
         let ((near_in, far_out), (far_in, near_out)) = pipes();
-        echo(Connection::polled(near_out, near_in).unwrap(), Connection::polled(far_out, far_in).unwrap());
+        echo(
+            PeerConnection::polled(near_out, near_in).unwrap(),
+            PeerConnection::polled(far_out, far_in).unwrap(),
+        );
         let (near, far) = UnixDatagram::pair().unwrap();
-        echo(Connection::UnixDatagram(near), Connection::UnixDatagram(far));
+        echo(PeerConnection::UnixDatagram(near), PeerConnection::UnixDatagram(far));
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let near = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        echo(Connection::tcp(near).unwrap(), Connection::tcp(listener.accept().unwrap().0).unwrap());
+        echo(PeerConnection::tcp(near).unwrap(), PeerConnection::tcp(listener.accept().unwrap().0).unwrap());
     }
 
     #[test]
     fn a_polled_pipe_reports_that_its_other_end_is_gone() {
         let ((near_in, far_out), (far_in, near_out)) = (io::pipe().unwrap(), io::pipe().unwrap());
-        let mut near = Connection::polled(near_out, near_in).unwrap();
+        let mut near = PeerConnection::polled(near_out, near_in).unwrap();
         drop((far_out, far_in));
         assert_eq!(near.receive(&mut [0; 8]).unwrap_err().kind(), ErrorKind::UnexpectedEof);
     }

@@ -1,4 +1,4 @@
-//! What a hub and its peers say to each other in a tick: how many bytes, and which number.
+//! What a hub and its peers exchange in a tick: how many bytes, and the number that stands for the tick.
 //!
 //! Must never send or receive anything.
 

@@ -3,7 +3,7 @@
 //! Must never begin a tick before its time, and must never make up for a tick that it missed.
 
 use super::{
-    connection::Connection,
+    connection::PeerConnection,
     exchange::{END, Exchange, put_tick, round_of, tick_in, turn_of},
     peer::trace_path,
     peers::{PEER_TIMEOUT, Peers},
@@ -79,7 +79,7 @@ enum ToPeers {
     Gate,
     Futex(SharedWords),
     Turns(SharedWords),
-    Connections { connections: Vec<Connection>, ask: Vec<u8>, answer: Vec<u8> },
+    Connections { connections: Vec<PeerConnection>, ask: Vec<u8>, answer: Vec<u8> },
 }
 
 impl ToPeers {

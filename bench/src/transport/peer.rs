@@ -5,7 +5,7 @@
 //! Must never decide when a tick begins.
 
 use super::{
-    connection::{Connection, duplicated},
+    connection::{PeerConnection, duplicated},
     exchange::{END, Exchange, put_tick, tick_in, tick_of},
     shared_words::SharedWords,
 };
@@ -84,7 +84,7 @@ enum ToHub {
     Gate { gate: Gate, part: Part, strategy: WaitStrategy, seen: Option<Tick> },
     Futex { words: SharedWords, seen: u32, peers: u32 },
     Turns { words: SharedWords, seen: u32 },
-    Connection { connection: Connection, ask: Vec<u8>, answer: Vec<u8> },
+    Connection { connection: PeerConnection, ask: Vec<u8>, answer: Vec<u8> },
 }
 
 impl ToHub {
@@ -112,11 +112,15 @@ impl ToHub {
     fn connect(args: &PeerArgs) -> io::Result<Self> {
         // The hub hands pipes and Unix sockets over as stdin and stdout.
         let connection = match args.case.carrier {
-            Carrier::Pipe => Connection::pipe(duplicated(io::stdout())?, duplicated(io::stdin())?),
-            Carrier::PipePolled => Connection::polled(duplicated(io::stdout())?, duplicated(io::stdin())?)?,
-            Carrier::UnixDatagram => Connection::UnixDatagram(UnixDatagram::from(duplicated(io::stdin())?)),
-            Carrier::Udp => Connection::Udp(introduced_udp(args)?),
-            _ => Connection::tcp(TcpStream::connect((Ipv4Addr::LOCALHOST, args.port))?)?,
+            Carrier::Pipe => PeerConnection::pipe(duplicated(io::stdout())?, duplicated(io::stdin())?),
+            Carrier::PipePolled => {
+                PeerConnection::polled(duplicated(io::stdout())?, duplicated(io::stdin())?)?
+            }
+            Carrier::UnixDatagram => {
+                PeerConnection::UnixDatagram(UnixDatagram::from(duplicated(io::stdin())?))
+            }
+            Carrier::Udp => PeerConnection::Udp(introduced_udp(args)?),
+            _ => PeerConnection::tcp(TcpStream::connect((Ipv4Addr::LOCALHOST, args.port))?)?,
         };
         let Exchange { ask_bytes, answer_bytes } = Exchange::of(&args.case);
         Ok(Self::Connection { connection, ask: vec![0; ask_bytes], answer: vec![1; answer_bytes] })

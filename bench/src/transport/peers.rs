@@ -2,7 +2,7 @@
 //!
 //! Must never take part in a tick.
 
-use super::connection::Connection;
+use super::connection::PeerConnection;
 use crate::{
     case::{Carrier, Case},
     error::BenchError,
@@ -21,7 +21,8 @@ use std::{
 
 /// How long a peer may take to start, to answer, and to end. Shorter fails cases on an overloaded machine.
 pub(super) const PEER_TIMEOUT: Duration = Duration::from_secs(10);
-/// Pause between two looks at a peer that starts or ends; no tick goes on meanwhile.
+/// Pause between two looks at a peer that starts or ends. Longer delays the start of a case; shorter takes CPU from
+/// the peers. No tick is measured meanwhile.
 const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// The peers' processes, and the hub's ends of their connections until [`Peers::connections`] takes them.
@@ -88,16 +89,18 @@ impl Peers {
     }
 
     /// Takes the hub's ends of all connections; none for carriers in shared memory.
-    pub(super) fn connections(&mut self, case: &Case) -> Result<Vec<Connection>, BenchError> {
+    pub(super) fn connections(&mut self, case: &Case) -> Result<Vec<PeerConnection>, BenchError> {
         self.connect(case).map_err(BenchError::system("a peer cannot be reached"))
     }
 
-    fn connect(&mut self, case: &Case) -> io::Result<Vec<Connection>> {
-        let connections: Vec<Connection> = match case.carrier {
+    fn connect(&mut self, case: &Case) -> io::Result<Vec<PeerConnection>> {
+        let connections: Vec<PeerConnection> = match case.carrier {
             Carrier::Pipe | Carrier::PipePolled => self.pipes(case.carrier == Carrier::PipePolled)?,
-            Carrier::UnixDatagram => {
-                self.unix_sockets.drain(..).map(|socket| Connection::UnixDatagram(socket.into())).collect()
-            }
+            Carrier::UnixDatagram => self
+                .unix_sockets
+                .drain(..)
+                .map(|socket| PeerConnection::UnixDatagram(socket.into()))
+                .collect(),
             Carrier::Udp => self.udp_sockets.drain(..).map(introduced_udp).collect::<io::Result<_>>()?,
             Carrier::Tcp => self.accepted(case.uavs)?,
             Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex => Vec::new(),
@@ -106,20 +109,20 @@ impl Peers {
         Ok(connections)
     }
 
-    fn pipes(&mut self, polled: bool) -> io::Result<Vec<Connection>> {
+    fn pipes(&mut self, polled: bool) -> io::Result<Vec<PeerConnection>> {
         let no_pipe = || io::Error::other("the peer has no pipe");
         let pipe = |child: &mut Child| {
             let out = child.stdin.take().ok_or_else(no_pipe)?;
             let back = child.stdout.take().ok_or_else(no_pipe)?;
-            if polled { Connection::polled(out, back) } else { Ok(Connection::pipe(out, back)) }
+            if polled { PeerConnection::polled(out, back) } else { Ok(PeerConnection::pipe(out, back)) }
         };
         self.children.iter_mut().map(pipe).collect()
     }
 
     /// Accepts all peers, which connect before they report ready.
-    fn accepted(&mut self, peers: u32) -> io::Result<Vec<Connection>> {
+    fn accepted(&mut self, peers: u32) -> io::Result<Vec<PeerConnection>> {
         let listener = self.listener.take().ok_or_else(no_listener)?;
-        (0..peers).map(|_| Connection::tcp(listener.accept()?.0)).collect()
+        (0..peers).map(|_| PeerConnection::tcp(listener.accept()?.0)).collect()
     }
 
     /// Waits until every peer has reported ready at the gate.
@@ -176,9 +179,9 @@ fn no_listener() -> io::Error {
 }
 
 /// Connects a UDP socket to the peer that sent its first datagram.
-fn introduced_udp(socket: UdpSocket) -> io::Result<Connection> {
+fn introduced_udp(socket: UdpSocket) -> io::Result<PeerConnection> {
     socket.set_read_timeout(Some(PEER_TIMEOUT))?;
     let (_, peer) = socket.recv_from(&mut [0; 4])?;
     socket.connect(peer)?;
-    Ok(Connection::Udp(socket))
+    Ok(PeerConnection::Udp(socket))
 }

@@ -20,7 +20,7 @@ const ROUND: Word = Word(0);
 /// Number of peers that have answered the round.
 const DONE: Word = Word(1);
 const LINES: usize = 2;
-/// The round that ends all rounds.
+/// The round number that ends the run.
 const END: u32 = u32::MAX;
 /// Reads of the word between two yields. Fewer measure the scheduler instead of the cache; more waste time slices where both
 /// processes share a core.
@@ -43,7 +43,7 @@ impl SharedWords {
         &self.0[DONE]
     }
 
-    /// Ends all rounds.
+    /// Ends the run for all peers.
     pub(super) fn end(&self) {
         self.round().store(END, SeqCst);
         futex::wake_all(self.round());

@@ -1,4 +1,6 @@
-//! The side of those who answer ticks: the agents and the leader.
+//! The gate's side for the processes that answer ticks: the agents and the leader.
+//!
+//! Must never open a tick.
 
 use super::{
     Gate,
@@ -73,7 +75,7 @@ impl Gate {
         }
     }
 
-    /// Answers `tick` as `part`: all that this process has for it must be published before.
+    /// Answers `tick` as `part`. Everything that this process sends for it must be published before.
     pub fn answer(&self, part: Part, tick: Tick) {
         self.page[answered(part)].store(tick.0, SeqCst);
         let answers = self.page[ANSWERS].fetch_add(1, SeqCst) + 1;

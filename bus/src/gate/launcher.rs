@@ -1,4 +1,6 @@
 //! The launcher's side of the gate: it learns when the world holds, and asks it to end the flight.
+//!
+//! Must never open or answer a tick.
 
 use super::{
     Gate,
@@ -8,8 +10,7 @@ use super::{
 use std::{sync::atomic::Ordering::SeqCst, time::Duration};
 
 impl Gate {
-    /// Waits until the world has begun to hold more often than `seen` times, at most for `limit`; returns how often it
-    /// has.
+    /// Waits until the count of the world's holds is no longer `seen`, at most for `limit`; returns the count.
     pub fn wait_for_hold(&self, seen: u32, limit: Duration) -> u32 {
         wait_for_growth(&self.page[HOLDS], seen, limit)
     }

@@ -1,6 +1,8 @@
 //! Where each value of the tick gate is on its page, who writes it, and what it means.
 //!
 //! A tick is on the page as its *round*: the tick + 2, so that 0 means that no tick was opened yet.
+//!
+//! Must never read or write a value: the methods of the gate do.
 
 use crate::page::{Number, Word};
 use ringwing_flight::{Part, Tick, payload::MAX_UAVS};

@@ -1,11 +1,11 @@
 //! The tick gate: one shared page at which the processes of a run step through time together.
 //!
-//! [`Gate`] has the methods of all who meet here, each group in a file of its own: the world opens ticks, agents and
-//! leader answer them, the recorder reads in batches, and the launcher watches over them.
+//! [`Gate`] has the methods for all of them, each group in its own file: the world opens ticks, agents and leader
+//! answer them, the recorder reads in batches, and the launcher watches over them.
 //!
-//! The gate must never carry data: it wakes processes and counts answers. Which agent has answered is told by its
-//! samples, which are stamped with the tick. So a process that is killed between any two writes here makes the others
-//! wait for a time limit at most, never for ever.
+//! The gate must never carry data: it wakes processes and counts answers. Samples are stamped with their tick, and
+//! these stamps tell which agent has answered. So if a process is killed between any two writes here, the others wait
+//! for a time limit at most, never for ever.
 
 mod answerer;
 mod launcher;
@@ -86,7 +86,7 @@ impl Gate {
         self.tick().is_none_or(|tick| self.page[layout::answered(part)].load(SeqCst) >= tick.0)
     }
 
-    /// Wakes the recorder to read what there is.
+    /// Wakes the recorder, so that it reads everything sent so far.
     pub fn call_recorder(&self) {
         self.page[BATCH].fetch_add(1, SeqCst);
         futex::wake_all(&self.page[BATCH]);

@@ -1,4 +1,6 @@
 //! The recorder's side of the gate: it reads in batches and reports how far it has come.
+//!
+//! Must never open or answer a tick.
 
 use super::{
     Gate,

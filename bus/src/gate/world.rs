@@ -1,4 +1,6 @@
 //! The world's side of the gate: it opens ticks, waits for answers, and holds a tick for the launcher.
+//!
+//! Must never answer a tick.
 
 use super::{
     Gate,
@@ -26,7 +28,7 @@ impl Gate {
         if self.page[ROUND].fetch_update(SeqCst, SeqCst, open).is_err() {
             return;
         }
-        // A system call is only worth it when somebody sleeps.
+        // Make the system call only if somebody sleeps.
         if self.page[SLEEPERS].load(SeqCst) > 0 {
             futex::wake_all(&self.page[ROUND]);
         }
@@ -60,12 +62,12 @@ impl Gate {
         self.page[ANSWERS].load(SeqCst) >= self.page[EXPECTED].load(SeqCst)
     }
 
-    /// How many times the world was nudged. When this has grown, there is news beside the answers.
+    /// How many times the world was nudged. When this has grown, there is news besides the answers.
     pub fn nudges(&self) -> u32 {
         self.page[NUDGES].load(SeqCst)
     }
 
-    /// Waits until the world has been nudged more often than `seen` times, at most for `limit`.
+    /// Waits until the count of nudges is no longer `seen`, at most for `limit`.
     pub fn wait_for_nudge(&self, seen: u32, limit: Duration) {
         futex::wait(&self.page[NUDGES], seen, limit);
     }

@@ -1,7 +1,7 @@
-//! Events: what happens now and then in a run and a person wants to read about, such as losses, faults and collisions.
+//! Events: the incidents of a run that people want to read about, such as losses, faults and collisions.
 //!
-//! An event is data: who, with whom, where, which fault. It must never carry a sentence that another process takes
-//! apart. Code that acts on an event reads its fields; code that shows one calls [`Event::text`].
+//! An event is data: who, with whom, where, which fault. It must never carry a sentence that another process has to
+//! parse. Code that acts on an event reads its fields; code that shows one calls [`Event::text`].
 
 mod text;
 

@@ -49,8 +49,8 @@ impl AgeTicks {
     }
 }
 
-/// How a command came about, once a tick, for the log: every term of the law, the age of its inputs, and which UAVs the
-/// agent takes for alive.
+/// How a command came about, once a tick, for the log: every term of the law, the age of its inputs, and which UAVs
+/// the agent considers alive.
 ///
 /// Separate from [`Command`], so that the world reads no more than it needs.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -76,7 +76,7 @@ pub struct Account {
     pub repulsion_m: [f64; 2],
     /// `F_i`, Eq. (3), in m^2.
     pub potential_m2: f64,
-    /// Fingerprint of the set of UAVs that the agent takes for lost: 0 for the empty set, equal for equal sets.
+    /// Fingerprint of the set of UAVs that the agent considers lost: 0 for the empty set, equal for equal sets.
     pub lost_fingerprint: u64,
     /// The sender.
     pub uav: UavId,
@@ -86,7 +86,7 @@ pub struct Account {
     pub next_age: AgeTicks,
     /// Age of the leader's data.
     pub leader_age: AgeTicks,
-    /// How many UAVs the agent takes for alive, its own included.
+    /// How many UAVs the agent considers alive, its own included.
     pub living: u32,
     /// Zero; keeps the layout free of padding.
     pub reserved: u32,

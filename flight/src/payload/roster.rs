@@ -9,7 +9,7 @@ pub const MAX_UAVS: u32 = 1024;
 
 /// Words of 64 bits for one bit per UAV.
 const WORDS: usize = MAX_UAVS as usize / 64;
-/// A tick that no flight reaches: the world may open all it has.
+/// A tick that no flight reaches: with this limit the world may open every tick.
 const UNBOUNDED: Tick = Tick(i64::MAX);
 
 // The bits of `Roster::flags`.

@@ -1,4 +1,4 @@
-//! What the log and the progress line show of a run beside the flight: how long ticks take, and how far the swarm is
+//! What the log and the progress line show of a run besides the flight: how long ticks take, and how far the swarm is
 //! from its formation.
 
 use crate::Tick;

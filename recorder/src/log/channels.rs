@@ -1,4 +1,6 @@
 //! The channels of the log: one for each topic, with the schema of its messages.
+//!
+//! Must never write a message.
 
 use crate::schema::{
     Faults, LinkCounts, LoggedEvent, SwarmMetrics, SwarmState, Timing, UavControl, UavState,

@@ -54,7 +54,7 @@ impl RecordCopier {
 
     fn copy_channel<W: Write + Seek>(&mut self, channel: Channel, writer: &mut Writer<W>) -> McapResult<()> {
         let Channel { id, schema_id, topic, message_encoding, metadata } = channel;
-        // 0 means "no schema": the best that can be said if the schema is lost.
+        // If the schema is lost, fall back to 0, which means "no schema".
         let schema_id = self.schemas.get(&schema_id).copied().unwrap_or(0);
         let new_id = writer.add_channel(schema_id, &topic, &message_encoding, &metadata)?;
         self.channels.insert(id, CopiedChannel { id: new_id, topic });

@@ -1,6 +1,6 @@
 //! Puts the flight together again from the messages of its log.
 //!
-//! Must never know a file: the caller, a new recorder or a tool, reads it and hands the messages in.
+//! Must never open a file: the caller, a new recorder or a tool, reads the log and hands in its messages.
 
 use super::gap::Gaps;
 use crate::{
@@ -17,10 +17,10 @@ use prost::Message;
 use ringwing_flight::TimedEvent;
 use ringwing_scenario::Scenario;
 
-/// Everything that a log has of one tick.
+/// Everything that a log holds about one tick.
 #[derive(Debug, Clone)]
 pub struct Replayed {
-    /// The flight. Its leader is absent, because the log has the leader less often.
+    /// The flight. Its leader is absent, because the log records the leader less often.
     pub frame: Frame,
     /// Where the leader is, in ticks in which the log has it.
     pub leader: Option<Point2<f64>>,
@@ -38,19 +38,20 @@ pub struct Replayed {
 #[derive(Debug)]
 pub(crate) struct Replay {
     tick: Replayed,
-    /// A message of the tick has come.
+    /// Whether a message of the tick has come.
     begun: bool,
     ring: FlownRing,
 }
 
 impl Replay {
-    /// Of a flight of `scenario`.
+    /// A replay of a flight of `scenario`.
     pub(crate) fn new(scenario: &Scenario) -> Self {
         let ring = FlownRing::new(scenario);
         Self { tick: Replayed::blank(0, &ring), begun: false, ring }
     }
 
-    /// Takes a message of `tick`; the messages of one tick come together. Hands out the tick before, if this begins another.
+    /// Takes a message of `tick`; the messages of one tick come together. Returns the previous tick when a new one
+    /// begins.
     pub(crate) fn take(&mut self, topic: &str, tick: u32, data: &[u8]) -> Option<Replayed> {
         let before = if i64::from(tick) == self.tick.frame.tick { None } else { self.turn_to(tick.into()) };
         self.tick.messages += 1;
@@ -147,7 +148,7 @@ pub(crate) struct Past {
 }
 
 impl Past {
-    /// Before any message.
+    /// What is known before the first message.
     pub(crate) fn new(scenario: &Scenario) -> Self {
         Self {
             metrics: Metrics::new(scenario),
@@ -166,7 +167,7 @@ impl Past {
         }
     }
 
-    /// There are no more messages.
+    /// Takes in the last tick, once there are no more messages.
     pub(crate) fn end(&mut self) {
         if let Some(last) = self.replay.end() {
             self.learn_tick(last);

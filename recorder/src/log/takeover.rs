@@ -18,14 +18,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Whether a recorder died over the log at `path`.
+/// Whether a dead recorder has left a log at `path`.
 pub(crate) fn is_needed(path: &Path) -> bool {
     path.exists()
 }
 
 /// Makes a whole log of what the dead recorder left at `path`, and feeds its messages to `past`.
 ///
-/// Refuses the log of another flight. While the flight has not `begun`, any log with messages is one of another flight.
+/// Refuses the log of another flight. While the flight has not `begun`, any log with messages belongs to another
+/// flight.
 pub(crate) fn take_over(
     path: &Path,
     opening: &Opening,
@@ -91,7 +92,7 @@ impl Takeover<'_> {
     fn take(&mut self, record: Record) -> Result<(), RecorderError> {
         match &record {
             Record::Message { header, data } => self.take_message(*header, data),
-            // The new log has its own of these.
+            // The new log writes these records itself.
             Record::Metadata(metadata) if [RUN, RESULT].contains(&metadata.name.as_str()) => Ok(()),
             Record::Attachment { header, .. } if [SCENARIO, LAYOUT].contains(&header.name.as_str()) => Ok(()),
             _ => self.log.extend(|writer| self.copier.copy(record, writer)),

@@ -1,6 +1,7 @@
 //! Writes a log so that it opens at any time, even if its writer dies within a write.
 //!
-//! What every log begins with (metadata, attachments, channels) comes first, so that it survives whatever happens later.
+//! Metadata, attachments and channels come first, so that they survive whatever happens later. Must never measure a
+//! flight: frames, events and views come in as arguments.
 
 use super::{
     LAYOUT, RESULT, RUN, SCENARIO,
@@ -99,7 +100,7 @@ impl LogWriter {
         self.introduction = None;
     }
 
-    /// Writes a tick with its events and what viewers are shown of it, in the order of topics.
+    /// Writes a tick with its events and its view, in the order of topics.
     pub(crate) fn write_frame(
         &mut self,
         frame: &Frame,
@@ -132,7 +133,7 @@ impl LogWriter {
         (1..).zip(&frame.uavs).try_for_each(|(number, uav)| self.write_uav(tick, number, uav))
     }
 
-    /// Writes events that came after the last frame, which was that of `tick`.
+    /// Writes events that came after the last frame, the frame of `tick`.
     pub(crate) fn write_last_events(
         &mut self,
         tick: i64,

@@ -34,7 +34,7 @@ fn views(frame: &Frame) -> u32 {
     let is_first =
         |(place, fingerprint): &(usize, u64)| view().take(*place).all(|other| other != *fingerprint);
     match view().next() {
-        // Almost every tick. The general search below compares each view with all before it.
+        // The fast path of almost every tick: the general search below compares each view with all previous ones.
         Some(first) if view().all(|other| other == first) => 1,
         _ => view().enumerate().filter(is_first).count() as u32,
     }

@@ -1,7 +1,7 @@
 //! One tick of the flight as it is measured, shown and logged.
 //!
-//! Live, [`TickSamples`] collect the payloads of a tick and [`Frame::refill`] makes the frame of them; a log that is read
-//! again makes the same frame of its messages. Must never guess: what was not received is absent.
+//! During a flight, [`TickSamples`] collect the payloads of a tick, and [`Frame::refill`] makes a frame of them.
+//! Replaying a log makes the same frame of its messages. Must never guess: what was not received is absent.
 
 use super::{
     links::LinkTotals,

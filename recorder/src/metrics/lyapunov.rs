@@ -1,7 +1,7 @@
 //! V of Eq. (7) at the true states, and how often it rose although Theorem 1 says that it cannot.
 //!
-//! Written apart from the agents' law on purpose: it judges what they flew, and a mistake in the law must not hide itself
-//! here. A pair of neighbours counts if both fly on command, half of it at each of the two.
+//! Must never share code with the agents' law: a mistake in the law must not hide in the code that judges the flight.
+//! A pair of neighbours counts if both fly on command; each of the two adds half of the pair's term.
 
 use super::{ControlTerms, Frame, TrueState, ring::RingNeighbour};
 use ringwing_scenario::{Law, Scenario};

@@ -47,7 +47,7 @@ impl ObstacleWatch {
         Some(squared.sqrt() - self.obstacle.radius_m)
     }
 
-    /// `None` if no UAV has flown yet.
+    /// The closest approach of the flight; `None` if no UAV has flown yet.
     pub(super) fn summary(&self, rate_hz: u32) -> Option<ObstacleSummary> {
         let mut approaches: Vec<Nearest> = self.nearest.iter().flatten().copied().collect();
         approaches.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));

@@ -25,7 +25,8 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// The closest among UAVs at these places that are, or are not, neighbours in `ring`; the numbers rise.
+    /// The closest pairs of UAVs at these places, apart for neighbours in `ring` and for all others. The UAVs' numbers
+    /// must ascend.
     pub(super) fn among(places: &[(u32, Point2<f64>)], ring: &FlownRing) -> Self {
         // There are n^2 / 2 pairs a tick: compare squared distances, and search the ring only for pairs that are close.
         let (mut adjacent, mut other) = (Candidate::NONE, Candidate::NONE);
@@ -41,7 +42,7 @@ impl Pairs {
         Self { adjacent: adjacent.pair(), other: other.pair() }
     }
 
-    /// The closest two.
+    /// The closest two UAVs, neighbours or not.
     pub fn pair(&self) -> Option<UavPair> {
         closer(self.adjacent, self.other)
     }

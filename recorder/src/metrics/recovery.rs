@@ -25,7 +25,7 @@ pub struct FaultRecovery {
 pub(super) struct RecoveryWatch {
     faults: Vec<ListedFault>,
     count: u64,
-    /// There are more faults than are listed, so the time of the last listed one has ended.
+    /// Whether there were more faults than are listed. Then the last listed one is no longer watched.
     overflown: bool,
     /// The last tick that had a slot error, and the largest of them.
     newest: Option<(i64, f64)>,
@@ -46,7 +46,7 @@ impl RecoveryWatch {
         if let Some(last) = self.faults.last_mut().filter(|last| last.tick == tick) {
             last.what = format!("{}; {what}", last.what);
         } else if self.faults.len() < LISTED {
-            // A report may come after the frame of its tick; the frames that have passed count as well.
+            // A report may come after the frame of its tick, so frames since that tick count as well.
             let after = self.newest.filter(|(newest, error_m)| *newest >= tick && *error_m <= TOLERANCE_M);
             let whole_since = after.map(|(newest, _)| newest);
             self.faults.push(ListedFault { what: what.to_owned(), tick, whole_since });

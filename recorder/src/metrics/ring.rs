@@ -1,7 +1,8 @@
-//! The ring that the swarm should be, which all slot and neighbour errors refer to.
+//! The ring that the swarm should form; all slot and neighbour errors refer to it.
 //!
-//! Where the scenario closes the ring after a loss, it is the ring of the UAVs that fly on command, with its final slots
-//! from the first tick on: not the slots on the way there, so that the damage of a loss shows until it is repaired.
+//! If the scenario closes the ring after a loss, this is the ring of the UAVs that fly on command. It has its final
+//! slots from the first tick on, so that the damage of a loss shows until it is repaired. Must never use the slots on
+//! the way there.
 
 use nalgebra::Vector2;
 use ringwing_flight::{LivingRing, UavId};
@@ -28,7 +29,7 @@ pub(super) struct RingPlace {
     pub(super) previous: Option<RingNeighbour>,
     /// The next neighbour.
     pub(super) next: Option<RingNeighbour>,
-    /// Whether the UAV is in the ring. A UAV outside has the place where it would come in.
+    /// Whether the UAV is in the ring. A UAV outside has the place that it would return to.
     is_in: bool,
 }
 

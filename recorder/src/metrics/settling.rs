@@ -3,8 +3,8 @@
 /// Slot error up to which a UAV is in its slot, metres. A smaller tolerance never settles in wind or with noise; a larger one
 /// calls a loose ring a formation.
 pub(super) const TOLERANCE_M: f64 = 1.0;
-/// Seconds for which every UAV must stay in its slot. Shorter, and a swarm that swings through its slots counts as settled;
-/// longer, and short flights never settle before their end.
+/// Seconds for which every UAV must stay in its slot. With a shorter time, a swarm that swings through its slots
+/// counts as settled; with a longer one, short flights end before they settle.
 const HOLD_S: u32 = 5;
 
 /// Watches the largest slot error.

@@ -38,7 +38,7 @@ pub struct FlightSummary {
     pub views: u32,
     /// The last time at which there was more than one view.
     pub disagreed_until_s: Option<f64>,
-    /// Number of faults: those asked for, the return of a UAV included, and processes that were lost or frozen by chance.
+    /// Number of faults: requested ones, the return of a UAV included, and processes that were lost or frozen by chance.
     pub faults: u64,
     /// How long the formation took to recover from each; only the first hundred.
     pub recoveries: Vec<FaultRecovery>,

@@ -1,4 +1,4 @@
-//! Puts samples together, tick by tick, whatever order they arrive in.
+//! Groups samples by tick, in whatever order they arrive.
 //!
 //! Must never wait and never guess: a sample that did not arrive is absent.
 
@@ -25,12 +25,12 @@ pub(crate) struct Assembly {
     newest: Option<i64>,
     /// The newest tick of each airframe.
     newest_airframes: Vec<Option<i64>>,
-    /// Handed out and taken back, to reuse their memory.
+    /// Handed out before and returned, to reuse their memory.
     spare: Vec<Assembled>,
 }
 
 impl Assembly {
-    /// For a swarm of `uavs`, from tick `first` on.
+    /// An assembly for a swarm of `uavs`, from tick `first` on.
     pub(crate) fn new(uavs: u32, first: i64) -> Self {
         let newest_airframes = vec![None; uavs as usize];
         Self { ticks: BTreeMap::new(), next: first, newest: None, newest_airframes, spare: Vec::new() }
@@ -75,19 +75,20 @@ impl Assembly {
         }
     }
 
-    /// The newest tick of the flight. Agents do not count: one that is wrong about the tick must not end a tick for all.
+    /// The newest tick of the flight. Agents do not count: an agent with a wrong tick must not end the tick for all.
     pub(crate) fn newest(&self) -> Option<i64> {
         self.newest
     }
 
-    /// Hands out the oldest tick, if it is one before `end`.
+    /// Hands out the oldest tick, if it is before `end`.
     pub(crate) fn take_before(&mut self, end: i64) -> Option<Assembled> {
         let oldest = self.ticks.first_entry().filter(|entry| *entry.key() < end)?;
         let mut assembled = oldest.remove();
         let samples = &mut assembled.samples;
         let tick = samples.tick;
         self.next = tick + 1;
-        // An airframe without a sample of this tick but with a newer one was overwritten; one without either has left.
+        // If an airframe has no sample of this tick but a newer one, its sample was overwritten. If it has neither, it
+        // has left the sky.
         let is_overwritten = |(airframe, newest): (&Option<AirframeSample>, &Option<i64>)| {
             airframe.is_none() && *newest > Some(tick)
         };

@@ -1,4 +1,6 @@
 //! The recorder's ends of the services.
+//!
+//! Must never decide which ticks are complete.
 
 use super::{assembly::Assembly, recording::Recording};
 use crate::{RecorderError, log::Opening};
@@ -61,7 +63,7 @@ impl RecorderPorts {
         }
         for port in &self.events {
             port.drain(|message, _| {
-                // A message of another version has no event that this one knows.
+                // Skip a message of another version whose event this version does not know.
                 if let Some(event) = message.event() {
                     recording.log_event(event);
                 }

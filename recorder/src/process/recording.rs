@@ -1,4 +1,4 @@
-//! Everything that is kept of a flight as its frames come: the log, if one is wanted, and always the metrics.
+//! Records a flight frame by frame: always its metrics, and its log if one is wanted.
 //!
 //! Must never know where frames come from: the same frames and events give the same log.
 
@@ -54,7 +54,7 @@ pub(crate) struct Recording {
 impl Recording {
     /// Starts the log at `path`, or continues the log of a recorder that died. Without a path, the flight is only measured.
     ///
-    /// While the flight has not `begun`, a log with messages is one of another flight and is refused.
+    /// While the flight has not `begun`, a log with messages belongs to another flight and is refused.
     pub(crate) fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
         let mut past = Past::new(opening.scenario);
         let log = match path {
@@ -96,7 +96,8 @@ impl Recording {
 
     /// Takes an event; the log gets it with the frame of its tick, or with the next one if that has passed.
     pub(crate) fn log_event(&mut self, event: TimedEvent) {
-        // What was sent to a predecessor may arrive once more, and every recorder announces the scenario's faults.
+        // Skip repetitions: a new recorder may receive events that its predecessor has logged, and every recorder
+        // announces the scenario's faults.
         if !self.logged.contains(&event) {
             self.waiting.push(event);
         }
@@ -126,7 +127,7 @@ impl Recording {
         }
         self.metrics.observe(frame);
         self.metrics.set_lost(self.gaps.lost());
-        // Views exist only in the log, and making them takes longer than measuring.
+        // Stop here without a log: only the log holds views, and making them takes longer than measuring.
         let Some(log) = &mut self.log else { return Ok(()) };
         self.viewer.observe(frame);
         let view = self.viewer.view(frame, self.metrics.moment());

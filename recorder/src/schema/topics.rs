@@ -1,4 +1,4 @@
-//! The topics of the log, each named once: for the writer, the replay, the panels and whoever reads a log.
+//! The topics of the log, each named once: for the writer, the replay, the panels and every reader of a log.
 
 /// Events with their fields, for programs.
 pub const EVENTS: &str = "/events";

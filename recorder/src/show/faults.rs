@@ -81,7 +81,7 @@ impl CurrentFaults {
 
     /// Updates the failsafes by the flight modes in `frame`.
     pub(crate) fn observe(&mut self, frame: &Frame) {
-        // An incomplete frame lacks UAVs that may well be in the sky.
+        // An incomplete frame lacks UAVs that may still be in the sky.
         if frame.torn {
             return;
         }

@@ -22,8 +22,8 @@ const A_M: f64 = 6_378_137.0;
 const E2: f64 = 6.694_379_990_141_316e-3;
 /// Iterations for the latitude. Each gains two to three digits, so fewer lose precision and more change nothing.
 const ROUNDS: usize = 6;
-/// Corners of the arrowhead that marks a UAV, in metres along its heading and to its left. RFC 7946 wants polygons
-/// closed, first corner repeated, and counterclockwise.
+/// Corners of the arrowhead that marks a UAV, in metres along its heading and to its left. RFC 7946 requires closed
+/// polygons, whose last corner repeats the first, with counterclockwise corners.
 const ARROWHEAD_M: [(f64, f64); 5] = [(8.0, 0.0), (-6.0, 5.0), (-3.0, 0.0), (-6.0, -5.0), (8.0, 0.0)];
 /// Corners of an obstacle's outline. Fewer look angular; each costs about 30 bytes in every map message.
 const CORNERS: u32 = 24;

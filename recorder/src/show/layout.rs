@@ -15,7 +15,7 @@ use serde_json::json;
 
 /// Largest swarm whose UAVs are all plotted. Viewers become slow with more lines, and legends longer than the plot.
 const LISTED_UAVS: u32 = 32;
-/// Number of UAVs plotted of a larger swarm, as many as have distinct colours.
+/// Number of UAVs plotted for a larger swarm. More would repeat the distinct colours; fewer would waste some.
 const SELECTED_UAVS: u32 = 8;
 
 /// The layout for the log of `scenario` as JSON; `timing` tells whether the log holds wall-clock times.

@@ -1,6 +1,6 @@
 //! The colours of UAVs, the same in 3D, in plots, on maps and in figures.
 //!
-//! Never gives two of the first eight UAVs colours that a colour-blind person confuses.
+//! Never gives two of the first eight UAVs colours that a colour-blind person could confuse.
 
 use foxglove::messages::Color;
 

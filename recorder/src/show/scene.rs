@@ -1,8 +1,8 @@
 //! What the 3D panel draws: one scene for each `/scene/...` topic.
 //!
-//! Never an incremental update: a viewer that seeks gets only the last message of each topic, so every message deletes
-//! what was there and holds the complete scene. Bodies are locked to the coordinate frames of `/tf` and written only
-//! when they change; the formation and the links are locked to the leader's frame.
+//! Never sends an incremental update: a viewer that seeks gets only the last message of each topic, so every message
+//! deletes what was there and holds the complete scene. Bodies are locked to the coordinate frames of `/tf` and
+//! written only when they change; the formation and the links are locked to the leader's frame.
 
 mod craft;
 mod ring;

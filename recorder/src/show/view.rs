@@ -1,7 +1,7 @@
 //! Decides what viewers are shown of each tick: scenes, coordinate frames, places on the map, metrics and faults.
 //!
-//! Never knows a file: the same frames and lines give the same views. A recorder that takes over a log shows everything
-//! once more, with the trails and faults that it learned from the log.
+//! Must never read a file: the same frames and lines give the same views. A recorder that takes over a log shows
+//! everything once more, with the trails and faults that it learned from the log.
 
 use super::{
     faults::CurrentFaults,

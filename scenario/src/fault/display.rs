@@ -1,4 +1,6 @@
 //! Writes a fault as its sentence. Parsing the sentence gives the same fault, to the last bit.
+//!
+//! Never checks a fault.
 
 use super::{Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets};
 use std::fmt::{self, Display, Formatter};

@@ -27,7 +27,8 @@ const IMPAIRMENTS: [&str; 10] =
 /// Time by which `reorder` holds a sample back by default: five ticks at 100 Hz. A time shorter than a tick would
 /// reorder nothing.
 const REORDER_DEFAULT_S: f64 = 0.05;
-/// Default shape of a Pareto tail: the smallest whole number with a finite variance.
+/// Default shape of a Pareto tail: the smallest whole number with a finite variance. A larger shape makes very late
+/// samples rarer.
 const PARETO_SHAPE_DEFAULT: f64 = 3.0;
 
 impl FromStr for Fault {

@@ -16,11 +16,11 @@ pub struct FaultSyntaxError {
 /// What the lexer's readers return.
 pub(super) type Parsed<T> = Result<T, FaultSyntaxError>;
 
-/// A flight lasts at most a day, so a longer time is a mistake.
+/// Longest time in a sentence: a flight lasts at most a day, so a longer time is a mistake.
 const TIME_MAX_S: f64 = 24.0 * 3600.0;
-/// Larger errors of position are mistakes: the swarm never spreads that far.
+/// Largest error of a position: the swarm never spreads that far, so a larger one is a mistake.
 const LENGTH_MAX_M: f64 = 1e6;
-/// A little above a full turn; a larger angle probably has the wrong unit.
+/// Largest angle, a little above a full turn: a larger one probably has the wrong unit.
 const ANGLE_MAX_RAD: f64 = 7.0;
 /// The units of time, with the number of each that make a second.
 const TIME_UNITS: [(&str, f64); 2] = [("s", 1.0), ("ms", 1000.0)];

@@ -42,7 +42,8 @@ pub enum Receiver {
     All,
 }
 
-/// What an impaired link does to the samples that it carries. The names are those of Linux's `netem` where it has one.
+/// What an impaired link does to the samples that it carries. Names follow Linux's `netem` where `netem` has the
+/// impairment.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinkImpairment {
     /// Every sample arrives later.

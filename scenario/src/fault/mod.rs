@@ -77,7 +77,7 @@ pub enum ProcessFault {
         /// Time from the kill to the start of the new process, in seconds.
         after_s: f64,
     },
-    /// Repeated SIGKILL, with a new process half a period after each.
+    /// Repeated SIGKILL, with a new process half a period after each kill.
     Flap {
         /// Time from one kill to the next, in seconds.
         every_s: f64,

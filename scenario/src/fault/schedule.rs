@@ -179,7 +179,7 @@ impl FaultSchedule<'_> {
         }
     }
 
-    /// The link faults in order of time, those that are healed with the tick of their healing.
+    /// The link faults in order of time. A healed fault ends at the tick of its healing.
     pub fn link_faults(&self) -> Vec<LinkFault> {
         let mut all: Vec<LinkFault> = Vec::new();
         let mut in_order: Vec<&Fault> = self.faults.iter().collect();

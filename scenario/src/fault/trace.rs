@@ -3,8 +3,8 @@
 
 use super::{Action, Delay, Fault, LinkImpairment};
 
-/// A trace is replayed one value per tick, so this is 17 minutes at 100 Hz. Every value is written into the log and
-/// sent to every agent: a much larger limit makes both slow.
+/// Most delays in one trace. It is replayed one value per tick, so this is 17 minutes at 100 Hz. Every value is
+/// written into the log and sent to every agent: a much larger limit makes both slow.
 const DELAYS_MAX: usize = 100_000;
 
 /// Replaces every [`Delay::File`] in `faults` by the [`Delay::Trace`] in that file.

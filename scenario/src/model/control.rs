@@ -117,8 +117,8 @@ pub enum DeadReckoning {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MembershipSection {
-    /// A UAV counts as lost when its ring neighbour has heard nothing new from it for this long, nor from others
-    /// about it.
+    /// A UAV counts as lost when its ring neighbour has received nothing new from it, and no news of it from others,
+    /// for this long.
     pub loss_timeout_s: f64,
     /// Which slots the remaining UAVs take.
     pub on_loss: OnLoss,

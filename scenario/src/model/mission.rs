@@ -1,4 +1,4 @@
-//! What the swarm is to do: how long it flies, in which formation, behind which leader, past what, and how well.
+//! The mission of the swarm: time, formation, leader, obstacles and requirements.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Suggests the key that somebody meant who wrote one that does not exist, and completes shortened keys.
+//! Suggests the key that the user probably meant instead of an unknown one, and completes shortened keys.
 
 use super::example;
 use crate::{key, spelling};

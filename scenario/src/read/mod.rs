@@ -50,7 +50,7 @@ impl Scenario {
     /// # Errors
     /// Every mistake in the source and in the settings, each with its place, its key and a remedy.
     pub fn read(source: &Source, settings: &[Setting]) -> Result<Self, ScenarioError> {
-        let mut reader = Reader::new(source, settings);
+        let mut reader = ScenarioReader::new(source, settings);
         let scenario = reader.read();
         reader.finish(scenario)
     }
@@ -84,7 +84,7 @@ impl Scenario {
 }
 
 /// A scenario that is being read, and its problems so far.
-struct Reader<'s> {
+struct ScenarioReader<'s> {
     source: &'s Source,
     settings: &'s [Setting],
     origins: Origins<'s>,
@@ -94,7 +94,7 @@ struct Reader<'s> {
     wrong_keys: Vec<String>,
 }
 
-impl<'s> Reader<'s> {
+impl<'s> ScenarioReader<'s> {
     fn new(source: &'s Source, settings: &'s [Setting]) -> Self {
         let origins = Origins::new(&source.text, settings);
         Self { source, settings, origins, problems: Vec::new(), wrong_keys: Vec::new() }
@@ -221,7 +221,7 @@ impl<'s> Reader<'s> {
         }
     }
 
-    /// Reports a violation at the one of its keys that the user set last: in an override, else in the file.
+    /// Reports a violation at the key that the user set last among its keys: in an override, else in the file.
     fn report_violation(&mut self, violation: Violation, given: &DeValue<'_>) {
         let rank = |key: &str| {
             let found = lookup(given, key);
@@ -247,9 +247,9 @@ fn position(error: &Error) -> Option<usize> {
     error.span().map(|span| span.start)
 }
 
-/// Whether the listed starts are still meant once `keys_set` have been set.
+/// Whether the listed starts still apply after the settings of `keys_set`.
 ///
-/// Somebody who only asks for another number of UAVs does not want to list their starts.
+/// A user who only asks for another number of UAVs does not want to list their starts.
 fn listed_starts_apply(tree: &DeValue<'_>, keys_set: &[String]) -> bool {
     let are_starts_set = keys_set.iter().any(|key| key.starts_with("start.uavs"));
     let is_count_set = keys_set.iter().any(|key| key == "formation.uavs");

@@ -1,4 +1,6 @@
 //! The errors of a scenario: where each mistake is, which key it concerns, and what to do about it.
+//!
+//! Never looks for mistakes itself.
 
 use serde::Serialize;
 use std::fmt;

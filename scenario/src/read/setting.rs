@@ -1,4 +1,6 @@
 //! Overrides: values on the command line that replace those of the file.
+//!
+//! Never knows which keys a scenario has.
 
 use super::shape;
 use std::fmt::Display;

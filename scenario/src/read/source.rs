@@ -10,8 +10,8 @@ use std::{
     path::Path,
 };
 
-/// A scenario has a page or two. The limit keeps a device or a log given by mistake from filling memory; the error
-/// names it.
+/// Largest scenario file in bytes. A scenario has a page or two; a larger limit would let a device or a log that was
+/// given by mistake fill the memory. The error names the limit.
 const BYTES_MAX: u64 = 16 << 20;
 
 /// A scenario as its author wrote it.

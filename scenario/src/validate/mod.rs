@@ -11,22 +11,23 @@ pub(crate) use violation::Violation;
 
 use crate::Scenario;
 use ringwing_flight::payload::MAX_UAVS;
-use violation::{Quantity, quantity};
+use violation::{CheckedQuantity, quantity};
 
 /// The smallest ring: fewer UAVs than 3 have no two different neighbours.
 pub const UAVS_MIN: u32 = 3;
 /// The largest ring: a larger one does not fit the roster that the processes share.
 pub const UAVS_MAX: u32 = MAX_UAVS;
-/// The most bytes that may travel beside the messages of a tick. A larger payload would measure the bandwidth of memory
+/// The most bytes that may travel besides the messages of a tick. A larger payload would measure the bandwidth of memory
 /// instead of the transport.
 pub const PAYLOAD_MAX_BYTES: u32 = 65_536;
-/// A tick shorter than a millisecond leaves the processes of a swarm too little time to answer in real time.
+/// Highest rate. A tick shorter than a millisecond leaves the processes of a swarm too little time to answer in real
+/// time.
 const RATE_MAX_HZ: f64 = 1000.0;
-/// A longer flight is a mistake; its log would not fit a disk.
+/// Longest flight. A longer one is a mistake; its log would not fit a disk.
 const DURATION_MAX_S: f64 = 24.0 * 3600.0;
-/// A longer timeout is a mistake: nothing would ever seem to happen.
+/// Longest timeout. A longer one is a mistake: the run would seem to hang.
 const TIMEOUT_MAX_S: f64 = 3600.0;
-/// A longer name, with the run's identifier behind it, makes unwieldy folders.
+/// Longest name, in characters. A longer one, with the run's identifier behind it, makes unwieldy folders.
 const NAME_MAX: usize = 60;
 /// Shortest time, in ticks, after which a silent neighbour may count as lost. What a neighbour sends in one tick
 /// arrives in the next or the one after, so a shorter time would count healthy neighbours as lost.
@@ -137,7 +138,7 @@ fn membership(scenario: &Scenario) -> impl Iterator<Item = Violation> {
 }
 
 /// Refuses a time that is shorter than `ticks`; the rate may be blamed as well.
-fn shorter_than(time: Quantity<'_>, ticks: u32, scenario: &Scenario) -> Option<Violation> {
+fn shorter_than(time: CheckedQuantity<'_>, ticks: u32, scenario: &Scenario) -> Option<Violation> {
     let rate = quantity("time.rate_hz", scenario.time.rate_hz);
     let (span, are) = if ticks == 1 { ("1 tick".into(), "is") } else { (format!("{ticks} ticks"), "are") };
     (time.value < f64::from(ticks) * scenario.period_s()).then(|| {

@@ -2,14 +2,15 @@
 
 use super::{
     angle,
-    violation::{Quantity, Violation, quantity},
+    violation::{CheckedQuantity, Violation, quantity},
 };
 use crate::{ObstacleSection, Scenario, StartState};
 use nalgebra::{Point2, distance};
 
-/// Every UAV is checked against every obstacle in every tick, so many more make the world slow.
+/// Most obstacles of a scenario. Every UAV is checked against every obstacle in every tick, so many more make the
+/// world slow.
 const OBSTACLES_MAX: usize = 1000;
-/// A longer name does not fit the tables and pictures that show it.
+/// Longest name of an obstacle, in characters. A longer one does not fit the tables and pictures that show it.
 const OBSTACLE_NAME_MAX: usize = 40;
 
 pub(super) fn draw(scenario: &Scenario) -> impl Iterator<Item = Violation> {
@@ -62,7 +63,11 @@ fn obstacle_name(scenario: &Scenario, index: usize, obstacle: &ObstacleSection) 
 }
 
 /// An obstacle must be sensed before it repels, or it would repel later than Eq. (13) says.
-fn sensed_too_late(range: Quantity<'_>, braking_key: &str, obstacle: &ObstacleSection) -> Option<Violation> {
+fn sensed_too_late(
+    range: CheckedQuantity<'_>,
+    braking_key: &str,
+    obstacle: &ObstacleSection,
+) -> Option<Violation> {
     let from_edge = quantity(braking_key, obstacle.braking_distance_m - obstacle.radius_m);
     let (name, needed) = (&obstacle.name, from_edge.measure());
     (range.value < from_edge.value).then(|| {

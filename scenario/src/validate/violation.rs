@@ -1,4 +1,6 @@
 //! A value that is impossible by itself or together with others, and the bounds that quantities share.
+//!
+//! Never decides which value is to blame: the reader of the scenario does.
 
 use crate::key;
 use std::ops::RangeInclusive;
@@ -48,17 +50,17 @@ impl Violation {
 
 /// A key and its number.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Quantity<'k> {
+pub(super) struct CheckedQuantity<'k> {
     pub(super) key: &'k str,
     pub(super) value: f64,
 }
 
 /// The quantity of `key`.
-pub(super) fn quantity(key: &str, value: impl Into<f64>) -> Quantity<'_> {
-    Quantity { key, value: value.into() }
+pub(super) fn quantity(key: &str, value: impl Into<f64>) -> CheckedQuantity<'_> {
+    CheckedQuantity { key, value: value.into() }
 }
 
-impl Quantity<'_> {
+impl CheckedQuantity<'_> {
     /// The number with its unit: `12 m/s`.
     pub(super) fn measure(&self) -> String {
         key::with_unit(self.key, self.value)
@@ -96,19 +98,24 @@ impl Quantity<'_> {
     }
 
     /// Refuses more than `high`; either of the two may be blamed.
-    pub(super) fn at_most(self, high: Quantity<'_>) -> Option<Violation> {
+    pub(super) fn at_most(self, high: CheckedQuantity<'_>) -> Option<Violation> {
         (self.value > high.value).then(|| out_of_order(self, "above", high, "below"))
     }
 
     /// Refuses as much as `high` or more; either of the two may be blamed.
-    pub(super) fn below(self, high: Quantity<'_>) -> Option<Violation> {
+    pub(super) fn below(self, high: CheckedQuantity<'_>) -> Option<Violation> {
         (self.value >= high.value).then(|| out_of_order(self, "not below", high, "not above"))
     }
 }
 
 /// The violation of two quantities: seen from `low` it is `low_is` the other one, and seen from `high` `high_is`.
-fn out_of_order(low: Quantity<'_>, low_is: &str, high: Quantity<'_>, high_is: &str) -> Violation {
-    let message = |one: Quantity<'_>, relation: &str, other: Quantity<'_>, remedy: &str| {
+fn out_of_order(
+    low: CheckedQuantity<'_>,
+    low_is: &str,
+    high: CheckedQuantity<'_>,
+    high_is: &str,
+) -> Violation {
+    let message = |one: CheckedQuantity<'_>, relation: &str, other: CheckedQuantity<'_>, remedy: &str| {
         format!("{} is {relation} {}: give a {remedy} value", one.measure(), other.beside(one.key))
     };
     Violation::at(high.key, message(high, high_is, low, "larger"))

@@ -1,14 +1,15 @@
-//! The faults of a run: which are due, which are being applied, and what those who asked for them are told.
+//! Queues the faults of a run: which are due, which are being applied, and how the requests for them are answered.
 //!
 //! Must never touch a process, a socket, a clock or the bus: the supervisor applies what this queue hands out.
 //!
-//! Actions that are due before the same tick are applied in the order of their faults, and those of one fault in the order
-//! of its targets, and each is judged by what the one before has left. To save time, neighbours in that order that do the
-//! same thing to different processes form a batch, which is applied at once; the next batch waits until every action
-//! shows. So `kill uav 1` and `kill uav 2` cost one wait, and a second `kill uav 1` is refused.
+//! Actions due before the same tick are applied in the order of their faults, and within a fault in the order of its
+//! targets. Each action is checked against the state that the previous one left. To save time, consecutive actions
+//! that do the same thing to different processes form a batch and are applied together. The next batch waits until
+//! every action of this one has taken effect. So `kill uav 1` and `kill uav 2` cost one wait, and a second
+//! `kill uav 1` is refused.
 //!
-//! In lockstep the world holds every tick before which something is due, so each action takes effect at exactly its
-//! tick. In real time it takes effect as soon as its tick has come.
+//! In lockstep the world holds each tick that has actions due before it, so an action takes effect at exactly its
+//! tick. In real time an action takes effect as soon as its tick has come.
 
 #[cfg(test)]
 mod tests;
@@ -24,35 +25,35 @@ use std::{
     str::FromStr,
 };
 
-/// In real time, how long before it begins a link fault is made known, so that every agent has read it by then. With a
-/// shorter notice a busy agent learns of it too late; a longer one only delays what the user asked for.
+/// In real time, how long after its announcement a requested fault begins, so that every agent has read it by then.
+/// With less time a busy agent learns of the fault too late; more only delays what the user asked for.
 const NOTICE_S: f64 = 0.1;
-/// No tick comes before this one: while it is the limit, the world holds the next tick, whichever that is.
+/// Earlier than every tick: while this is the limit, the world holds the next tick, whichever that is.
 const BEFORE_ALL_TICKS: Tick = Tick(i64::MIN);
 
-/// The faults of a run. `R` is whatever answers the one who asked for a fault while the run goes on.
+/// The faults of a run. `R` carries the answer to a request for a fault back to whoever sent the request.
 #[derive(Debug)]
 pub(super) struct FaultQueue<'a, R> {
     scenario: &'a Scenario,
-    /// Every fault so far: the scenario's, then those that were added while the run goes on.
+    /// Every fault so far: the scenario's, then those added during the run.
     faults: Vec<Fault>,
-    /// What is still to be applied, in order.
+    /// The actions that are still to be applied, in order.
     due: VecDeque<ScheduledAction>,
     /// The batch that is being applied.
     under_way: Vec<ScheduledAction>,
-    /// What is still to be logged about links and slow processes, in order of ticks.
+    /// Events about links and slow processes that are still to be logged, in order of ticks.
     announcements: VecDeque<Announcement>,
     /// Requests that wait for the world to hold.
     waiting: Vec<LiveRequest<R>>,
-    /// Requests that have become faults and are answered once those are applied.
+    /// Requests that have become faults. Each is answered once its fault is applied.
     accepted: Vec<AcceptedRequest<R>>,
     /// The last tick that was released.
     released: Option<Tick>,
-    /// The world may open ticks before this one only.
+    /// The world may open only ticks before this one.
     free_before: Tick,
 }
 
-/// A request for a fault while the run goes on.
+/// A request for a fault, made during the run.
 #[derive(Debug)]
 pub(super) struct LiveRequest<R> {
     /// What is asked for, as `ringwing fault` sends it.
@@ -66,7 +67,7 @@ pub(super) struct LiveRequest<R> {
 struct AcceptedRequest<R> {
     reply: R,
     fault: Fault,
-    /// What of it was refused, and why.
+    /// One reason for each of its actions that was refused.
     refusals: Vec<String>,
 }
 
@@ -75,7 +76,7 @@ struct AcceptedRequest<R> {
 pub(super) struct Announcement {
     /// The event with its tick.
     pub(super) event: TimedEvent,
-    /// Whether the fault was added while the run goes on. The recorder knows the scenario's faults by itself.
+    /// Whether the fault was added during the run. The recorder knows the scenario's faults by itself.
     pub(super) is_live: bool,
 }
 
@@ -99,15 +100,15 @@ impl<'a, R> FaultQueue<'a, R> {
         queue
     }
 
-    /// Whether something is going on that should show within moments.
+    /// Whether the launcher should check for notices often: an action or a request is still in progress.
     pub(super) fn is_busy(&self) -> bool {
         !(self.under_way.is_empty() && self.waiting.is_empty() && self.accepted.is_empty())
     }
 
-    /// The world may open ticks before this one only: something has to be applied first.
+    /// The world may open only ticks before this one: something has to be applied first.
     ///
-    /// This stays as it is while the actions of a tick are applied, so that no roster which is published meanwhile lets
-    /// the world go on: it moves when that tick is released.
+    /// The limit stays the same while the actions of a tick are applied, so that a roster published in between does
+    /// not let the world go on. It moves when that tick is released.
     pub(super) fn free_before(&self) -> Tick {
         self.free_before
     }
@@ -126,12 +127,12 @@ impl<'a, R> FaultQueue<'a, R> {
         self.released != Some(now)
     }
 
-    /// The faults that were added while the run goes on.
+    /// The faults that were added during the run.
     pub(super) fn added(&self) -> &[Fault] {
         &self.faults[self.scenario.faults.len()..]
     }
 
-    /// Hands over what is to be logged by `now`.
+    /// Hands over the announcements that are due by `now`.
     pub(super) fn take_announcements(&mut self, now: Tick) -> Vec<Announcement> {
         let count = self.announcements.iter().take_while(|one| one.event.tick <= now).count();
         self.announcements.drain(..count).collect()
@@ -139,8 +140,8 @@ impl<'a, R> FaultQueue<'a, R> {
 
     // --- applying ---
 
-    /// Ends the batch under way, if `has_settled` says of each of its actions that it shows. Returns the events to log,
-    /// or `None` while some action does not show.
+    /// Finishes the batch under way once `has_settled` holds for each of its actions. Returns the events to log, or
+    /// `None` while an action has not taken effect yet.
     pub(super) fn finish_batch(
         &mut self,
         has_settled: impl Fn(Part, ProcessAction) -> bool,
@@ -151,8 +152,8 @@ impl<'a, R> FaultQueue<'a, R> {
         Some(mem::take(&mut self.under_way).into_iter().map(applied).collect())
     }
 
-    /// Takes the next batch that is due at `now`: empty if nothing is. The one before must be finished. An action that
-    /// `is_refused` comes alone, so that it is logged in its turn.
+    /// Takes the next batch that is due at `now`, which is empty if nothing is due. The previous batch must be
+    /// finished. An action that `is_refused` is a batch of its own, so that its refusal is logged in the right order.
     pub(super) fn take_batch(
         &mut self,
         now: Tick,
@@ -180,7 +181,8 @@ impl<'a, R> FaultQueue<'a, R> {
         self.under_way.push(scheduled);
     }
 
-    /// Notes that `scheduled` cannot be applied, because its process `why`; returns the event to log.
+    /// Notes that `scheduled` is refused. `why` is a predicate of its process, such as "is gone already". Returns the
+    /// event to log.
     pub(super) fn note_refused(&mut self, scheduled: ScheduledAction, why: &str) -> Event {
         let ScheduledAction { part, sentence, .. } = scheduled;
         for request in &mut self.accepted {
@@ -191,7 +193,7 @@ impl<'a, R> FaultQueue<'a, R> {
         Event::FaultRefused { part: Some(part), why: why.into(), sentence }
     }
 
-    /// Notes that all is done that is due before `now`; returns whom to answer, and what.
+    /// Notes that everything due before `now` is done. Returns the requests that this completes, each with its answer.
     pub(super) fn release(&mut self, now: Tick) -> Vec<(R, String)> {
         if self.scenario.pace() == Pace::Lockstep {
             self.released = Some(now);
@@ -209,19 +211,19 @@ impl<'a, R> FaultQueue<'a, R> {
 
     // --- live requests ---
 
-    /// Takes in a request, to be decided once faults can be applied.
+    /// Takes in a request. It is decided once faults can be applied.
     pub(super) fn submit(&mut self, request: LiveRequest<R>) {
         self.waiting.push(request);
         self.free_before = self.next_limit();
     }
 
-    /// Hands over the requests that wait, to be decided now, each with [`FaultQueue::decide`].
+    /// Hands over the waiting requests. The caller decides each of them with [`FaultQueue::decide`].
     pub(super) fn take_requests(&mut self) -> Vec<LiveRequest<R>> {
         mem::take(&mut self.waiting)
     }
 
-    /// Turns `request` into a fault from `now` on and returns the event to log; or returns the request with the reason
-    /// why that cannot be.
+    /// Turns `request`, decided at `now`, into a fault and returns the event to log; if it cannot be a fault, returns
+    /// the request with the reason.
     pub(super) fn decide(
         &mut self,
         request: LiveRequest<R>,
@@ -243,7 +245,7 @@ impl<'a, R> FaultQueue<'a, R> {
     /// How many ticks after the decision a fault begins.
     fn notice_ticks(&self) -> i64 {
         match self.scenario.pace() {
-            // The world holds the tick, and every agent reads the new faults before it answers that.
+            // The world holds the tick, and every agent reads the new faults before it answers that tick.
             Pace::Lockstep => 0,
             Pace::RealTime => (NOTICE_S * f64::from(self.scenario.time.rate_hz)).ceil() as i64 + 1,
         }
@@ -256,10 +258,10 @@ impl<'a, R> FaultQueue<'a, R> {
         }
         match &action {
             Action::Heal(links) if !self.is_healable(links, now) => Err("there is nothing to heal".into()),
-            Action::Link { impairment: LinkImpairment::Delay(Delay::File(_)), .. } => {
-                Err("the run reads no files: `ringwing fault` reads a file of delays and sends what is in it"
-                    .into())
-            }
+            Action::Link { impairment: LinkImpairment::Delay(Delay::File(_)), .. } => Err(
+                "a live run reads no files: `ringwing fault` reads the file of delays and sends its content"
+                    .into(),
+            ),
             _ => Ok(action),
         }
     }
@@ -274,7 +276,7 @@ impl<'a, R> FaultQueue<'a, R> {
     fn enqueue(&mut self, fault: &Fault, begin: Tick) {
         let alone = self.scenario.schedule_of(std::slice::from_ref(fault));
         let mut events = alone.announcements();
-        // What a healing ends are other faults' announcements, which come to light only beside those faults.
+        // A healing ends other faults, so its announcements appear only in the schedule of all faults together.
         if let Action::Heal(_) = fault.action {
             let all = self.scenario.schedule_of(&self.faults).announcements();
             let is_healed =
@@ -316,7 +318,7 @@ fn tick_of(scenario: &Scenario, fault: &Fault) -> Tick {
     scenario.schedule().tick(fault.at_s)
 }
 
-/// What the one who sent `request` is told about it.
+/// The answer to `request`.
 fn answer<R>(scenario: &Scenario, request: &AcceptedRequest<R>) -> String {
     let AcceptedRequest { fault, refusals, .. } = request;
     let done = format!("tick {}, {:.2} s: {}", tick_of(scenario, fault).0, fault.at_s, fault.action);

@@ -1,6 +1,6 @@
-//! What the supervisor has to do after a change of a process.
+//! What the supervisor has to do after a process has changed.
 //!
-//! Must never do it: an effect is data, so that tests can compare it.
+//! Must never do any of it: an effect is data, so that tests can compare it.
 
 use ringwing_flight::Event;
 
@@ -11,9 +11,9 @@ pub(in crate::launcher) enum Effect {
     Log(Event),
     /// Send a signal.
     Signal {
-        /// To this process.
+        /// The process id.
         pid: u32,
-        /// This one.
+        /// The signal.
         signal: ProcessSignal,
     },
     /// Spawn a process and report it as [`Input::Spawned`].
@@ -25,15 +25,14 @@ pub(in crate::launcher) enum Effect {
     },
     /// Remove what the process left in shared memory.
     CleanUp {
-        /// Whether a fault asked for the end. Then what the process sent belongs to the experiment, and its readers need
-        /// it for some more ticks.
+        /// Whether a fault asked for the end. Then the readers of what the process sent need it for a few more ticks.
         is_planned: bool,
     },
-    /// Tell the world who runs.
+    /// Tell the world which processes run.
     PublishRoster,
     /// End the run, which has failed for this reason.
     EndRun(String),
-    /// Let the flight go on; the run has failed for this reason all the same.
+    /// Let the flight go on, but count the run as failed for this reason.
     FailAtEnd(String),
 }
 

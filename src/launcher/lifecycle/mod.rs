@@ -1,21 +1,22 @@
 //! The life of one process of a run, as a state machine: absent, starting, ready, frozen, asked to end, absent again.
 //!
-//! Must never start, signal or watch a process, and never read a clock. Time comes in as an argument, counted from any
-//! moment that stays the same; what there is to do comes out as [`Effect`]s, which the supervisor carries out.
+//! Must never start, signal or watch a process, and must never read a clock. Time comes in as an argument, counted
+//! from any fixed moment. [`Effect`]s come out, and the supervisor carries them out.
 
 mod effect;
 #[cfg(test)]
 mod tests;
 
 pub(super) use effect::{Effect, ProcessSignal};
-use ringwing_flight::{AfterLoss, Event, Part, ProcessAction, ProcessEnd};
+use ringwing_flight::{AfterLoss, Event, Part, ProcessAction, ProcessEnd, ProcessState};
 use std::time::Duration;
 
-/// A recorder that takes over copies its predecessor's log before it is ready, which takes as long as the log is large:
-/// its start may take this many times as long as any other. A smaller factor kills recorders of long flights in vain.
+/// How many times the usual start limit a recorder may take: one that takes over copies its predecessor's log before
+/// it is ready. A smaller factor kills recorders of long flights while they copy; a larger one notices a stuck
+/// recorder later.
 const START_LIMITS_PER_COPY: u32 = 30;
 
-/// How patient the launcher is with a process.
+/// How long the launcher waits for a process, and how often it replaces one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct SupervisionLimits {
     /// How long a process may take to become ready.
@@ -26,7 +27,7 @@ pub(super) struct SupervisionLimits {
     pub(super) replacements: u32,
 }
 
-/// How far the run is.
+/// The stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum RunStage {
     /// The processes start; the world has no roster yet.
@@ -37,7 +38,7 @@ pub(super) enum RunStage {
     Over,
 }
 
-/// What happens to a process.
+/// An event in the life of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Input {
     /// The launcher has spawned it.
@@ -57,9 +58,9 @@ pub(super) enum Input {
     Continued,
     /// It has ended.
     Ended(ProcessEnd),
-    /// A fault asks for this, and [`Lifecycle::refusal`] has nothing against it.
+    /// A fault asks for this action, for which [`Lifecycle::refusal`] has returned `None`.
     Asked(ProcessAction),
-    /// The launcher ends it without ceremony, because the run is over.
+    /// The launcher kills the process, because the run is over.
     Killed,
     /// Time has passed.
     ClockTicked,
@@ -71,16 +72,16 @@ pub(super) struct Lifecycle {
     part: Part,
     limits: SupervisionLimits,
     is_by_hand: bool,
-    phase: Phase,
+    phase: LifePhase,
     /// What a fault asked for, as long as it lasts.
     requested: Option<Requested>,
-    /// What a fault asked for and does not show yet.
+    /// An action that a fault asked for and that has not taken effect yet.
     pending: Option<ProcessAction>,
     replacements: u32,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum LifePhase {
     /// There is no process: not yet, no longer, or not at all in this run.
     Absent,
     /// There is no process yet; the user is to start it by hand.
@@ -98,7 +99,7 @@ struct LiveProcess {
     is_adopted: bool,
     /// Stopped by a signal.
     is_frozen: bool,
-    /// When it was spawned, frozen, thawed or signalled last: what its time limits count from.
+    /// When it was last spawned, frozen, thawed or signalled. Its time limits count from this moment.
     since: Duration,
 }
 
@@ -117,7 +118,7 @@ enum Requested {
 impl Lifecycle {
     /// A process that has not been spawned yet, and will not be if the user starts it by hand.
     pub(super) fn new(part: Part, limits: SupervisionLimits, is_by_hand: bool) -> Self {
-        let phase = if is_by_hand { Phase::Awaited } else { Phase::Absent };
+        let phase = if is_by_hand { LifePhase::Awaited } else { LifePhase::Absent };
         Self { part, limits, is_by_hand, phase, requested: None, pending: None, replacements: 0 }
     }
 
@@ -126,9 +127,9 @@ impl Lifecycle {
         self.live().map(|live| live.pid)
     }
 
-    /// Whether the process, or the user who is to start it, is waited for.
+    /// Whether the run waits for this process to become ready, or for the user to start it.
     pub(super) fn is_starting(&self) -> bool {
-        matches!(self.phase, Phase::Starting(_) | Phase::Awaited)
+        matches!(self.phase, LifePhase::Starting(_) | LifePhase::Awaited)
     }
 
     /// Whether a signal has stopped it.
@@ -138,18 +139,18 @@ impl Lifecycle {
 
     /// Whether it takes part in the flight now.
     pub(super) fn is_running(&self) -> bool {
-        matches!(self.phase, Phase::Ready(live) if !live.is_frozen)
+        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen)
     }
 
     /// Whether the world may wait for this recorder to read.
     ///
-    /// A recorder that is frozen by accident keeps its buffers, so the world waits for it as for one that lags. If a
+    /// A recorder that is frozen by accident keeps its buffers, so the world waits for it as for a slow recorder. If a
     /// fault froze it, the flight goes on.
     pub(super) fn is_reading(&self) -> bool {
-        matches!(self.phase, Phase::Ready(live) if !live.is_frozen || self.requested.is_none())
+        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen || self.requested.is_none())
     }
 
-    /// Whether time has to stand still in lockstep until this process is back.
+    /// Whether a lockstep flight has to pause until this process is back.
     pub(super) fn holds_flight(&self) -> bool {
         match self.part {
             Part::Leader => !self.is_running() && self.requested.is_none(),
@@ -158,7 +159,7 @@ impl Lifecycle {
         }
     }
 
-    /// Whether a fault's action on it does not show yet.
+    /// Whether an action that a fault asked for has not taken effect yet.
     pub(super) fn has_pending_action(&self) -> bool {
         self.pending.is_some()
     }
@@ -166,31 +167,30 @@ impl Lifecycle {
     /// Who may announce itself as ready at this moment.
     pub(super) fn expects(&self) -> Attendant {
         match self.phase {
-            Phase::Starting(live) => Attendant::Child(live.pid),
-            Phase::Absent | Phase::Awaited => Attendant::Stranger,
-            Phase::Ready(_) => Attendant::Nobody,
+            LifePhase::Starting(live) => Attendant::Child(live.pid),
+            LifePhase::Absent | LifePhase::Awaited => Attendant::Stranger,
+            LifePhase::Ready(_) => Attendant::Nobody,
         }
     }
 
     /// Why a fault cannot do `action` to this process now, if it cannot.
     pub(super) fn refusal(&self, action: ProcessAction) -> Option<&'static str> {
-        use ProcessAction::{Freeze, Start, Stop, Thaw};
+        use ProcessAction::{Freeze, Start, Thaw};
+        let state = match self.live() {
+            None => ProcessState::Gone,
+            Some(live) if live.is_frozen => ProcessState::Frozen,
+            Some(_) => ProcessState::Running,
+        };
         match (action, self.live()) {
-            (Start, Some(_)) => Some("is there already"),
-            (Start, None) => self.is_by_hand.then_some("is started by hand"),
-            (_, None) => Some("is gone already"),
+            (Start, None) if self.is_by_hand => Some("is started by hand"),
             (Freeze | Thaw, Some(live)) if live.is_adopted => {
                 Some("was started by hand, so the launcher cannot see it freeze")
             }
-            (Thaw, Some(live)) if !live.is_frozen => Some("is not frozen"),
-            (Freeze, Some(live)) if live.is_frozen => Some("is frozen already"),
-            // It would not see the signal before somebody thaws it.
-            (Stop, Some(live)) if live.is_frozen => Some("is frozen: thaw or kill it"),
-            _ => None,
+            _ => state.after(action).err(),
         }
     }
 
-    /// Takes in what happened at `now`, in a run that is at `stage`; returns what there is to do about it.
+    /// Takes in what happened at `now`, in a run that is at `stage`; returns the effects to carry out.
     ///
     /// # Panics
     /// On an input that this process cannot have: a bug of the caller.
@@ -211,36 +211,37 @@ impl Lifecycle {
 
     fn live(&self) -> Option<&LiveProcess> {
         match &self.phase {
-            Phase::Starting(live) | Phase::Ready(live) => Some(live),
-            Phase::Absent | Phase::Awaited => None,
+            LifePhase::Starting(live) | LifePhase::Ready(live) => Some(live),
+            LifePhase::Absent | LifePhase::Awaited => None,
         }
     }
 
     fn live_mut(&mut self) -> Option<&mut LiveProcess> {
         match &mut self.phase {
-            Phase::Starting(live) | Phase::Ready(live) => Some(live),
-            Phase::Absent | Phase::Awaited => None,
+            LifePhase::Starting(live) | LifePhase::Ready(live) => Some(live),
+            LifePhase::Absent | LifePhase::Awaited => None,
         }
     }
 
     fn on_spawned(&mut self, pid: u32, now: Duration) -> Vec<Effect> {
         assert_eq!(self.pid(), None, "{}: spawned beside a process that lives", self.part);
-        self.phase = Phase::Starting(LiveProcess { pid, is_adopted: false, is_frozen: false, since: now });
+        self.phase =
+            LifePhase::Starting(LiveProcess { pid, is_adopted: false, is_frozen: false, since: now });
         self.requested = None;
         Vec::new()
     }
 
     fn on_ready(&mut self, pid: u32, now: Duration, stage: RunStage) -> Vec<Effect> {
         let live = match self.phase {
-            Phase::Starting(live) if live.pid == pid => live,
-            Phase::Absent | Phase::Awaited => {
-                // Whatever was asked of its predecessor ends with it.
+            LifePhase::Starting(live) if live.pid == pid => live,
+            LifePhase::Absent | LifePhase::Awaited => {
+                // A request that concerned the predecessor ends with it.
                 self.requested = None;
                 LiveProcess { pid, is_adopted: true, is_frozen: false, since: now }
             }
             _ => panic!("{}: process {pid} is ready beside {:?}", self.part, self.phase),
         };
-        self.phase = Phase::Ready(live);
+        self.phase = LifePhase::Ready(live);
         let mut effects = Vec::new();
         effects.extend(live.is_adopted.then_some(Effect::Watch { pid }));
         // A start that a fault asked for is logged as that fault.
@@ -261,7 +262,8 @@ impl Lifecycle {
 
     fn on_continued(&mut self, now: Duration) -> Vec<Effect> {
         self.set_frozen(false, now);
-        // Somebody else thawed what a fault had frozen. An older signal's echo may still come while a freeze is pending.
+        // Somebody outside the run thawed a process that a fault had frozen. While a freeze is pending, the report may
+        // still come from an earlier signal.
         if self.requested == Some(Requested::Freeze) && self.pending.is_none() {
             self.requested = None;
         }
@@ -277,7 +279,7 @@ impl Lifecycle {
         (live.is_frozen, live.since) = (is_frozen, now);
     }
 
-    /// Notes that `action` shows, if it was pending.
+    /// Notes that `action` has taken effect, if it was pending.
     fn settle(&mut self, action: ProcessAction) {
         if self.pending == Some(action) {
             self.pending = None;
@@ -287,7 +289,7 @@ impl Lifecycle {
     fn on_ended(&mut self, end: ProcessEnd, stage: RunStage) -> Vec<Effect> {
         assert!(self.live().is_some(), "{}: ended twice", self.part);
         let was_starting = self.is_starting();
-        (self.phase, self.pending) = (Phase::Absent, None);
+        (self.phase, self.pending) = (LifePhase::Absent, None);
         if self.requested == Some(Requested::Freeze) {
             self.requested = None;
         }
@@ -300,7 +302,7 @@ impl Lifecycle {
         [Effect::CleanUp { is_planned }].into_iter().chain(consequences).collect()
     }
 
-    /// A process that ends after the flight does what it should. Only a recorder can still spoil something: the log.
+    /// An end after the flight is expected. Only the recorder's end can still do damage: its log may be incomplete.
     fn on_late_end(&self, end: ProcessEnd) -> Vec<Effect> {
         let is_in_order = matches!(end, ProcessEnd::Exited(0) | ProcessEnd::Unknown);
         if self.part != Part::Recorder || is_in_order {
@@ -315,7 +317,7 @@ impl Lifecycle {
                 let why = "the world was ended as asked: the flight did not come to its end";
                 vec![Effect::EndRun(why.into()), Effect::PublishRoster]
             }
-            // Without a recorder nothing would be known of the rest of the flight.
+            // Without a recorder, the rest of the flight would be neither logged nor measured.
             Part::Recorder if !returns => self.respawn(),
             _ => vec![Effect::PublishRoster],
         }
@@ -370,7 +372,7 @@ impl Lifecycle {
 
     fn signal(&mut self, signal: ProcessSignal, now: Duration) -> Vec<Effect> {
         let Some(live) = self.live_mut() else { return Vec::new() };
-        // Limits count anew: the kernel needs a moment, and one signal is enough.
+        // Restart the time limit: the kernel needs a moment, and the process must not be signalled again meanwhile.
         live.since = now;
         vec![Effect::Signal { pid: live.pid, signal }]
     }
@@ -380,15 +382,15 @@ impl Lifecycle {
         self.signal(ProcessSignal::Kill, now).into_iter().chain([Effect::Log(event)]).collect()
     }
 
-    /// Why the process has to be killed at `now`: it takes too long to start, or stays frozen and the flight cannot do
-    /// without it.
+    /// Why the process has to be killed at `now`: it takes too long to start, or it stays frozen and the flight cannot
+    /// go on without it.
     fn overdue(&self, now: Duration) -> Option<Event> {
         let part = self.part;
         match self.phase {
-            Phase::Starting(live) if now.saturating_sub(live.since) > self.start_limit(&live) => {
+            LifePhase::Starting(live) if now.saturating_sub(live.since) > self.start_limit(&live) => {
                 Some(Event::StartOverdue { part })
             }
-            Phase::Ready(live)
+            LifePhase::Ready(live)
                 if live.is_frozen
                     && self.requested.is_none()
                     && matches!(part, Part::World | Part::Leader)
@@ -405,16 +407,16 @@ impl Lifecycle {
         self.limits.start * if copies_log { START_LIMITS_PER_COPY } else { 1 }
     }
 
-    /// Panics on a state that no sequence of inputs may reach.
+    /// Panics in a state that no sequence of inputs may reach.
     fn assert_consistent(&self) {
         let live = self.live();
         assert!(
-            !matches!(self.phase, Phase::Starting(live) if live.is_adopted),
+            !matches!(self.phase, LifePhase::Starting(live) if live.is_adopted),
             "a process started by hand is first seen when it is ready: {self:?}"
         );
         match self.pending {
             Some(ProcessAction::Start) => assert!(
-                matches!(self.phase, Phase::Absent | Phase::Starting(_)),
+                matches!(self.phase, LifePhase::Absent | LifePhase::Starting(_)),
                 "a start is pending until the process is ready: {self:?}"
             ),
             Some(_) => assert!(live.is_some(), "an action is pending on a process that is gone: {self:?}"),
@@ -434,6 +436,6 @@ pub(super) enum Attendant {
     Child(u32),
     /// A process that the user starts by hand.
     Stranger,
-    /// There is one that is ready.
+    /// Nobody: a process is ready already.
     Nobody,
 }

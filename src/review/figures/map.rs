@@ -50,7 +50,8 @@ fn lines(flight: &LoggedFlight) -> Vec<Curve> {
         name: if has_names { name_of(uav) } else { String::new() },
         ..path(colour(uav), points(&columns.x_m, &columns.y_m))
     }));
-    // The log has the leader's position less often than the UAVs': gaps between its points are no breaks.
+    // The log holds the leader's position less often than the UAVs', so gaps between its points must not break the
+    // line.
     let leader = points(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
     lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
     for (share, name) in [(0.0, "ring, start and"), (0.5, "halfway, end"), (1.0, "halfway, end")] {

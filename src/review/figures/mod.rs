@@ -23,7 +23,8 @@ use ringwing_recorder::show::palette;
 const DRAWN_UAVS: usize = 12;
 /// Points of all lines of a figure together. More make the page slow to open; fewer flatten short peaks.
 const DETAIL: usize = 12_000;
-/// Fewest and most points of one line.
+/// Fewest and most points of one line. A smaller minimum draws the lines of large swarms with corners; a larger
+/// maximum only makes the page slower to open.
 const LINE_DETAIL: (usize, usize) = (150, 2000);
 const GREY: RGBColor = RGBColor(0x77, 0x77, 0x77);
 const LEADER: RGBColor = RGBColor(0x00, 0x80, 0x00);

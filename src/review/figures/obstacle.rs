@@ -64,7 +64,7 @@ fn repulsions(
     repelled: &[Repelled],
 ) -> FlightFigure {
     let columns = repelled.iter().map(|one| {
-        // Elsewhere the repulsion is that of another obstacle.
+        // Outside the braking distance, any repulsion comes from another obstacle.
         let is_near = |distance: &Option<f64>| distance.is_some_and(|it| it < obstacle.braking_distance_m);
         let repulsions = flight.uavs[one.uav].repulsion_m.iter().zip(&one.distance_m);
         let column =
@@ -79,7 +79,7 @@ fn repulsions(
     )
 }
 
-/// The UAVs that an obstacle repelled, at most those that came closest, by ascending number.
+/// The UAVs that an obstacle repelled, by ascending number. Of many, only those that came closest.
 fn repelled(flight: &LoggedFlight, obstacle: &ObstacleSection) -> Vec<Repelled> {
     let [x, y] = obstacle.position_m;
     let distance = |uav: &UavColumns| -> Column {

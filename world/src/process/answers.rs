@@ -1,7 +1,7 @@
 //! Which processes have answered the open tick, and which ones the world waits for.
 //!
-//! An agent has answered a tick when a command of that tick has arrived from it, be it a withheld one. The leader has
-//! answered when all its readers have been sent its state.
+//! An agent has answered a tick when a command of that tick has arrived from it, even a withheld one. The leader has
+//! answered when its state was sent to all its readers.
 //!
 //! Never decides anything about the flight: that is the airspace's part.
 
@@ -28,11 +28,11 @@ struct AgentAnswer {
     /// The agent was given up and has not answered since.
     silent: bool,
     /// The agent was on the roster when the tick opened.
-    called: bool,
+    on_roster: bool,
 }
 
 impl Answers {
-    /// Before the first tick, with an empty roster.
+    /// The answers before the first tick, with an empty roster.
     pub(super) fn new(uavs: u32) -> Self {
         Self {
             tick: Tick::APPROACH,
@@ -68,7 +68,7 @@ impl Answers {
         (self.tick, self.opened_ns, self.leader_answered) = (tick, opened_ns, false);
         self.timing = TickTiming { tick: tick.0, ..TickTiming::default() };
         for (uav, agent) in self.uavs().zip(&mut self.agents) {
-            (agent.answered, agent.called) = (false, self.roster.has(uav));
+            (agent.answered, agent.on_roster) = (false, self.roster.has(uav));
         }
     }
 
@@ -80,7 +80,7 @@ impl Answers {
 
     fn expects(&self, uav: UavId) -> bool {
         let agent = &self.agents[uav.index()];
-        agent.called && !agent.silent && self.roster.has(uav)
+        agent.on_roster && !agent.silent && self.roster.has(uav)
     }
 
     /// A leader that is being replaced is waited for too: the new one answers the tick that the old one left open.
@@ -114,7 +114,7 @@ impl Answers {
         longest(&mut self.timing.round_trip_ns, self.opened_ns, stamps.sent_ns);
     }
 
-    /// Notes the last tick of which the leader has sent its state to all its readers.
+    /// Notes the last tick whose leader state was sent to all readers.
     pub(super) fn note_leader(&mut self, tick: Option<Tick>) {
         if tick == Some(self.tick) {
             (self.leader_answered, self.leader_silent) = (true, false);
@@ -133,7 +133,7 @@ impl Answers {
         missing
     }
 
-    /// How long the tick's answers took. Counts of commands are the airspace's to fill in.
+    /// How long the tick's answers took. The airspace fills in the counts of commands.
     pub(super) fn timing(&self) -> TickTiming {
         self.timing
     }

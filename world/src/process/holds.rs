@@ -15,12 +15,14 @@ use ringwing_scenario::Scenario;
 use std::time::Duration;
 
 /// How far the recorder may lag behind in lockstep, in simulated seconds. A killed recorder loses what it has not
-/// fetched and what it has not written; together that must stay below a second. If this is smaller, the world waits for
-/// the recorder more often.
+/// fetched and what it has not written; together that must stay below a second, which a larger lag would exceed. With a
+/// smaller one, the world waits for the recorder more often.
 const RECORDER_LAG_S: f64 = 0.4;
-/// A replacement, or a fault that starts a process, may take this many times the scenario's start timeout: the launcher
-/// first has to notice the loss. If it is larger, a launcher that is stuck holds the flight longer.
+/// How many start timeouts a replacement, or a fault that starts a process, may take: the launcher first has to notice
+/// the loss. A larger factor lets a stuck launcher hold the flight longer; a smaller one gives up replacements that
+/// are still starting.
 const START_TIMEOUTS: u32 = 2;
+
 /// How long the world waits for other processes, and which ones it has given up.
 #[derive(Debug)]
 pub(super) struct Holds {
@@ -29,9 +31,11 @@ pub(super) struct Holds {
     /// Time limit for the launcher to apply a fault or to replace a process.
     pub(super) hold_timeout: Duration,
     recorder_lag_ticks: i64,
-    /// A replacement did not come in time. The world waits for none until the launcher ends this hold.
+    /// Whether a replacement did not come in time. Then the world waits for no replacement until the launcher ends
+    /// this hold.
     gave_up_replacement: bool,
-    /// What the recorder had recorded when it was given up. The world waits for it again once that grows.
+    /// The last tick that the recorder had recorded when it was given up. The world waits for it again once it records
+    /// more.
     recorder_stuck_at: Option<Tick>,
 }
 
@@ -58,14 +62,14 @@ impl Holds {
             && self.recorder_stuck_at != Some(recorded)
     }
 
-    /// Takes note of the newest roster.
+    /// Waits for replacements again once the newest roster needs none.
     pub(super) fn on_roster(&mut self, roster: &Roster) {
         self.gave_up_replacement &= roster.holds();
     }
 }
 
 impl<P: TickProbe> World<P> {
-    /// Waits for the launcher to say who flies. Returns false if the run was stopped before.
+    /// Waits for the first roster. Returns false if the run was stopped before.
     pub(super) fn wait_for_roster(&mut self) -> Result<bool, BusError> {
         let end = self.wait_for_news(Duration::MAX, |world| world.answers.roster().revision > 0)?;
         self.restart_deadlines();
@@ -91,8 +95,8 @@ impl<P: TickProbe> World<P> {
             self.log_event(Event::FaultOverdue)?;
         }
         self.ports.gate.release();
-        // A process that was thawed has answered the tick that was open before the launcher let the world go on. Its
-        // late command must reach the airframe now: how soon the next look would be, scheduling decides.
+        // A thawed process has answered its open tick before the launcher let the world go on. Take in that late
+        // command now: otherwise scheduling would decide when it reaches the airframe.
         self.collect()
     }
 
@@ -142,7 +146,7 @@ impl<P: TickProbe> World<P> {
         wait_until(self, limit, is_met, Self::is_stopped, Self::await_news)
     }
 
-    /// Sleeps until somebody nudges the world, and takes in the roster if that was the news.
+    /// Sleeps until somebody nudges the world, and takes in the newest roster if there is one.
     fn await_news(&mut self) -> Result<(), BusError> {
         self.ports.wait_for_nudge(RECHECK);
         self.refresh_roster()

@@ -24,9 +24,9 @@ use ringwing_flight::{Event, Pace, Part, WorldReport};
 use ringwing_scenario::{Scenario, start};
 use wall_clock::WallClock;
 
-/// Which run to be the world of.
+/// Which run the world belongs to.
 #[derive(Debug, Clone, clap::Args)]
-pub struct Args {
+pub struct WorldArgs {
     /// The run.
     #[command(flatten)]
     pub member: MemberArgs,
@@ -38,7 +38,7 @@ const OTHERS: u32 = 2;
 /// Flies the run until its last tick, or until it is asked to stop, and leaves the world's report.
 ///
 /// `probe` observes every tick and may end the flight; [`NoProbe`](ringwing_bus::NoProbe) does neither.
-pub fn run(args: &Args, probe: impl TickProbe) -> Result<(), BusError> {
+pub fn run(args: &WorldArgs, probe: impl TickProbe) -> Result<(), BusError> {
     let member = Member::join(&args.member, Part::World)?;
     let scenario = member.scenario();
     let airspace = Airspace::new(scenario, &start::states(scenario)?);
@@ -51,7 +51,7 @@ pub fn run(args: &Args, probe: impl TickProbe) -> Result<(), BusError> {
     // The report comes first: once the gate is closed, the others look for it.
     member.domain().write_report(report::WORLD, &world.report())?;
     world.ports.close()?;
-    // The report is complete. A run that is being removed already is no reason to fail.
+    // The report is complete, so a run that is already being removed is not an error.
     let _ = world.wait_for_last_fetch();
     Ok(())
 }
@@ -93,7 +93,7 @@ impl<P: TickProbe> World<P> {
             if let TickClock::Lockstep = self.clock {
                 self.hold_next_tick()?;
             }
-            // A world that is stopped while it holds opens no further tick: which commands it would get is chance.
+            // Open no further tick after a stop during a hold: chance would decide which commands it gets.
             if self.is_stopped() {
                 return Ok(());
             }

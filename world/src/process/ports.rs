@@ -23,9 +23,9 @@ pub(super) struct Ports {
     stop: StopFlag,
     roster: Subscriber<Roster>,
     events: Publisher<EventMessage>,
-    /// Nudges taken note of so far.
+    /// How many nudges were noticed so far.
     nudges: u32,
-    /// Failed connections logged so far.
+    /// How many failed connections were logged so far.
     failed_connections: u64,
 }
 
@@ -69,19 +69,19 @@ impl Ports {
         self.stop.is_set()
     }
 
-    /// Opens the tick `now` for everybody, to be answered by `expected` processes, and wakes them.
+    /// Opens the tick `now`, which `expected` processes will answer, and wakes all that wait for it.
     pub(super) fn open_tick(&self, now: Tick, expected: u32) -> Result<(), BusError> {
         self.gate.open_tick(now, expected);
         self.waker.notify()
     }
 
-    /// Ends the flight for everybody.
+    /// Ends the flight for every process.
     pub(super) fn close(&self) -> Result<(), BusError> {
         self.gate.close();
         self.waker.notify()
     }
 
-    /// Waits until as many answers are in as the open tick expects, at most for `limit`, or until a nudge.
+    /// Waits until all expected answers to the open tick have come, at most for `limit`, or until a nudge.
     pub(super) fn wait_for_answers(&mut self, limit: Duration) -> Result<(), BusError> {
         self.waker.wait_for_answers(&self.gate, limit)
     }
@@ -93,7 +93,8 @@ impl Ports {
         self.waker.discard_events()
     }
 
-    /// Sleeps until somebody nudges the world, at most for `limit`. Returns at once if there is a nudge to take note of.
+    /// Sleeps until somebody nudges the world, at most for `limit`. Returns at once after a nudge that was not noticed
+    /// yet.
     pub(super) fn wait_for_nudge(&self, limit: Duration) {
         self.gate.wait_for_nudge(self.nudges, limit);
     }

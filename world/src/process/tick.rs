@@ -21,7 +21,7 @@ impl<P: TickProbe> World<P> {
         self.end_tick()
     }
 
-    /// Sends every UAV what it senses, then opens the tick for everybody.
+    /// Sends every UAV what it senses, then opens the tick.
     fn open_tick(&mut self) -> Result<(), BusError> {
         let opened_ns = monotonic_ns();
         let now = self.airspace.now();
@@ -31,7 +31,7 @@ impl<P: TickProbe> World<P> {
             self.ports.sensed[sensed.uav.index()].send(sensed, stamps)?;
         }
         self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
-        // As late as possible: a process that has just ended is not waited for.
+        // Read the roster as late as possible, so that the tick does not wait for a process that has just ended.
         self.refresh_roster()?;
         self.answers.begin(now, opened_ns);
         self.probe.inputs_published();
@@ -47,7 +47,7 @@ impl<P: TickProbe> World<P> {
         let is_hold_over =
             |world: &Self| has_all(world) || !world.holds.is_for_replacement(world.answers.roster());
         let (answer_timeout, hold_timeout) = (self.holds.answer_timeout, self.holds.hold_timeout);
-        // Unconditional, so that a process that was given up is heard when it answers again.
+        // Wait even if no answer is missing, so that a process that was given up is heard when it answers again.
         self.await_answers()?;
         let mut end = wait_until(self, answer_timeout, has_all, Self::is_stopped, Self::look_again)?;
         if end == WaitEnd::Overdue && self.holds.is_for_replacement(self.answers.roster()) {
@@ -128,7 +128,7 @@ impl<P: TickProbe> World<P> {
 
     /// Closes the tick's account, and sends how long it took.
     fn end_tick(&mut self) -> Result<(), BusError> {
-        // The clock comes first: hashing the answers does not make the tick late.
+        // Read the clock first, so that hashing the answers does not count as lateness.
         let (lateness, paced) = self.pass_deadline();
         let CommandCounts { answered, reused } = self.airspace.end_tick();
         self.probe.tick_finished(reused, paced);

@@ -24,7 +24,8 @@ pub(super) enum WaitEnd {
 
 /// Lets `pause` pass some time on `subject` again and again until `is_met`, `is_stopped`, or `limit` has passed.
 ///
-/// A condition that is met from the start costs no pause and no look at the clock: most waits on the tick path are such.
+/// A condition that is met from the start costs neither a pause nor a look at the clock, as in most waits on the tick
+/// path.
 pub(super) fn wait_until<S, E>(
     subject: &mut S,
     limit: Duration,

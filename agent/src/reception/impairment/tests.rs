@@ -1,7 +1,7 @@
 use super::*;
 use crate::reception::sample::test_state as state;
 use proptest::{collection::vec, prelude::*};
-use ringwing_flight::{LinkSource, UavState};
+use ringwing_flight::{LinkSource, UavId, UavState};
 use ringwing_scenario::{Fault, FaultSchedule};
 
 const RATE_HZ: u32 = 100;

@@ -1,4 +1,6 @@
 //! Plots over time: a line for each UAV in its colour, and level lines for limits.
+//!
+//! Never decides which plots a log needs.
 
 use super::{ShownLog, panel::Panels};
 use crate::{

@@ -1,4 +1,5 @@
-//! The tabs of the layout: first what people ask first, then obstacles, faults and ages, timing, the table and the map.
+//! The tabs of the layout: the most common questions first, then obstacles, faults and ages, timing, the table and the
+//! map.
 //!
 //! Never makes a tab for something that the log does not hold.
 

@@ -82,7 +82,7 @@ impl CraftScene {
         faults: &CurrentFaults,
         clock: Clock,
     ) -> Option<SceneUpdate> {
-        // An incomplete frame lacks UAVs that may well be in the sky.
+        // An incomplete frame lacks UAVs that may still be in the sky.
         if frame.torn {
             return None;
         }

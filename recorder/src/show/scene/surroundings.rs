@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 /// Corners of a circle. With fewer, large circles look angular.
 const CORNERS: u32 = 72;
-/// Height of names, a little less than that of UAVs.
+/// Height of names. Smaller than the names of UAVs, so that these stand out.
 const NAME_PIXELS: f64 = 14.0;
 /// Half the width of a slot's mark as a share of the distance between neighbours. Larger marks hide the aircraft in
 /// them.

@@ -1,6 +1,6 @@
 //! Draws a line through the last 45 s of each UAV's flight: `/scene/trails`.
 //!
-//! Never more exact than a screen: rounded positions keep the largest scene of the log small.
+//! Never stores positions more exactly than a screen shows: rounding keeps the largest scene of the log small.
 
 use super::{MAP, entity, flat, line, whole};
 use crate::{clock::Clock, metrics::Frame, schema::topics::padded, show::palette};
@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 /// Simulated time that a trail goes back. A longer one makes every trail message larger, and trails of a turning swarm
 /// cover each other.
 const LENGTH_S: f64 = 45.0;
-/// Positions kept of each simulated second. More make the messages larger; fewer show corners in turns.
+/// Positions kept per simulated second. More make the messages larger; fewer show corners in turns.
 const PLACES_HZ: u32 = 2;
 
 /// The past positions of every UAV.

@@ -1,12 +1,12 @@
-//! Which processes of the run are there, and what a process fault does to one.
+//! Whether a process of the run is there, and what a process fault does to it.
 //!
-//! Never knows what a process does: only whether it runs.
+//! The launcher and the simulation both judge faults by this. Never knows what a process does: only whether it runs.
 
-use ringwing_flight::ProcessAction;
+use crate::ProcessAction;
 
 /// Whether a process takes part in the flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ProcessState {
+pub enum ProcessState {
     /// Answers every tick.
     Running,
     /// Stopped by SIGSTOP: keeps its memory and answers nothing.
@@ -16,8 +16,8 @@ pub(crate) enum ProcessState {
 }
 
 impl ProcessState {
-    /// The state after `action`, or why the action is refused: the same words that the launcher has for it.
-    pub(crate) fn after(self, action: ProcessAction) -> Result<Self, &'static str> {
+    /// The state after `action`, or why the action is refused, as the rest of a sentence: "uav 3" + "is gone already".
+    pub fn after(self, action: ProcessAction) -> Result<Self, &'static str> {
         use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
         match (action, self) {
             (Start, Self::Gone) | (Thaw, Self::Frozen) => Ok(Self::Running),
@@ -25,6 +25,7 @@ impl ProcessState {
             (_, Self::Gone) => Err("is gone already"),
             (Thaw, Self::Running) => Err("is not frozen"),
             (Freeze, Self::Frozen) => Err("is frozen already"),
+            // A frozen process does not handle the signal until it is thawed.
             (Stop, Self::Frozen) => Err("is frozen: thaw or kill it"),
             (Freeze, Self::Running) => Ok(Self::Frozen),
             (Kill { .. } | Stop, _) => Ok(Self::Gone),
