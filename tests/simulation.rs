@@ -1,7 +1,7 @@
 //! The simulation and the processes fly the same: payload hash, every measure, the verdict, and what happened when.
 
 use crate::harness::{Finished, Swarm};
-use ringwing_flight::{Collider, Collision, Part, Reporter, TimedEvent};
+use ringwing_flight::{Collider, Collision, Event, Part, Reporter, TimedEvent};
 use ringwing_recorder::{log::reader::Reader, metrics::FlightSummary};
 use ringwing_scenario::{Scenario, Source, preset};
 use ringwing_simulation::{Flown, fly, random};
@@ -135,12 +135,16 @@ fn all_random_scenarios_fly_the_same_simulated_and_by_processes() {
 #[test]
 fn a_world_that_a_fault_ends_fails_the_run_in_both() {
     let mut scenario = Scenario::read(&Source::find("paper-4.1").unwrap(), &[]).unwrap();
-    scenario.faults = vec!["at 2 s kill world".parse().unwrap()];
+    scenario.faults = ["at 1 s kill uav 3", "at 2 s link all loss 5 %", "at 2 s kill world"]
+        .iter()
+        .map(|sentence| sentence.parse().unwrap())
+        .collect();
     let run = Swarm::fly_scenario(&scenario).finish();
     run.assert_nothing_left();
     let flown = fly(&scenario).unwrap();
     assert_eq!((run.text("verdict"), run.summary["payload_hash"].is_null()), ("failed", true));
     assert_eq!((flown.verdict(), flown.report.is_none()), ("failed", true));
-    let last = flown.events.last().unwrap();
-    assert!(matches!(last.event, ringwing_flight::Event::ProcessFault { part: Part::World, .. }));
+    assert_eq!(flown.events, logged_events(&run, &scenario));
+    let last = &flown.events.last().unwrap().event;
+    assert!(matches!(last, Event::ProcessFault { part: Part::World, .. }), "{last:?}");
 }

@@ -16,7 +16,8 @@
 //!   its own senses.
 //! - A frozen process keeps its memory. When it is thawed at tick t it first answers the tick that it finds open, t - 1,
 //!   unless it already has. It uses the newest samples for that tick and skips everything older that was sent while it
-//!   was frozen. Its late command is offered to the airframe, and not hashed.
+//!   was frozen. Its late command is offered to the airframe, and not hashed. All that it sends in that answer belongs to
+//!   tick t - 1, also in the measures.
 //! - A leader is a function of the tick alone, so a new one continues where the old one was. While there is none, or it
 //!   is frozen, agents go on by its last state.
 //! - The recorder never changes the flight. A killed or stopped world ends it before tick k.

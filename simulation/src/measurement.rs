@@ -47,6 +47,8 @@ pub struct Measurement {
     frame: Frame,
     metrics: Metrics,
     events: Vec<TimedEvent>,
+    /// The tick measured last.
+    measured: Option<Tick>,
 }
 
 impl Measurement {
@@ -58,21 +60,21 @@ impl Measurement {
             frame: Frame::new(scenario),
             metrics: Metrics::new(scenario),
             events: Vec::new(),
+            measured: None,
         }
     }
 
-    /// Measures the tick flown last and takes its events. Call it once after each [`Simulation::step`], also after the
-    /// last one.
-    ///
-    /// The approach, before tick 0, is not part of the flight: only its events count, and
-    /// those of a step in which a fault ends the world.
+    /// Measures the tick flown last and takes the events of the step. Call it once after each [`Simulation::step`], also
+    /// after the last one. The approach, before tick 0, is not part of the flight: only its events count.
     pub fn observe(&mut self, simulation: &Simulation) {
         for event in simulation.events() {
             self.metrics.on_event(event);
             self.events.push(event.clone());
         }
-        let flown = simulation.flown().filter(|tick| *tick >= Tick(0) && !simulation.is_world_ended());
-        if let Some(tick) = flown {
+        // A step in which nothing could fly, because the world has ended, leaves the tick before as the one flown last.
+        let is_new = |tick: &Tick| *tick >= Tick(0) && Some(*tick) > self.measured;
+        if let Some(tick) = simulation.flown().filter(is_new) {
+            self.measured = Some(tick);
             self.collect_samples(simulation, tick);
             self.frame.refill(&self.samples, self.rate_hz);
             self.metrics.observe(&self.frame);

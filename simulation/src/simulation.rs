@@ -6,8 +6,8 @@ use crate::{
 };
 use ringwing_agent::UavAgent;
 use ringwing_flight::{
-    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, ProcessState, Sensed, Tick, TimedEvent,
-    UavId, WorldReport,
+    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, ProcessState, Reporter, Sensed, Tick,
+    TimedEvent, UavId, WorldReport,
 };
 use ringwing_leader::Path;
 use ringwing_scenario::{
@@ -56,9 +56,9 @@ pub struct Simulation {
     /// Each UAV's senses in the tick flown last; `None` for one that has left the sky.
     sensed: Vec<Option<Sensed>>,
     links: Vec<LinkCounts>,
-    /// What happened in the tick flown last and on the way to it.
+    /// What happened in the last step.
     events: Vec<TimedEvent>,
-    /// What has happened since, on the way to the next tick.
+    /// What was applied by hand since.
     pending: Vec<TimedEvent>,
 }
 
@@ -149,8 +149,8 @@ impl Simulation {
         &self.links
     }
 
-    /// What happened in the tick flown last and on the way to it: announced faults first, then what the world saw, then
-    /// what was done to processes.
+    /// What happened in the last step. First what was [applied](Self::apply) before it; then, of the tick after the one
+    /// flown, the faults announced for it, what the world saw on the way to it, and what was done to processes.
     pub fn events(&self) -> &[TimedEvent] {
         &self.events
     }
@@ -160,19 +160,18 @@ impl Simulation {
         self.airspace.report()
     }
 
-    /// Flies the next tick: applies its faults, lets every running process answer it, and moves the airframes on unless
-    /// it was the last one. Returns whether it was flown and there is another one.
+    /// Flies the next tick: lets every running process answer it, moves the airframes on unless it was the last one,
+    /// and then does to processes what is due before the tick after it. Returns whether there is one.
+    ///
+    /// The actions come at the end, and not at the beginning, because an agent that is thawed there still answers the
+    /// tick just flown: only then is that tick complete.
     pub fn step(&mut self) -> bool {
-        let now = self.now();
-        self.collect_events(now);
-        while self.actions.front().is_some_and(|action| action.tick <= now) {
-            let Some(due) = self.actions.pop_front() else { break };
-            let event = self.act(due.part, due.action, due.sentence);
-            self.events.push(event);
-        }
+        self.events.clear();
+        self.events.append(&mut self.pending);
         if self.is_world_ended {
             return false;
         }
+        let now = self.now();
         self.flown = Some(now);
         self.publish_sensed();
         self.lead(now);
@@ -181,27 +180,36 @@ impl Simulation {
         if self.airspace.is_over() {
             return false;
         }
-        let events = self.airspace.step();
-        let tick = self.now();
-        self.pending.extend(events.into_iter().map(|event| TimedEvent { tick, event }));
-        true
+        let seen = self.airspace.step();
+        self.prepare_tick(self.now(), seen);
+        !self.is_world_ended
     }
 
-    /// Does `action` to `part` before the next tick, as a fault of that tick would.
+    /// Does what comes before `tick` opens, and collects its events: the faults announced for it, what the world has
+    /// `seen` on the way, and what is done to processes.
+    fn prepare_tick(&mut self, tick: Tick, seen: Vec<Event>) {
+        while self.announcements.front().is_some_and(|announced| announced.tick <= tick) {
+            self.events.extend(self.announcements.pop_front());
+        }
+        self.events.extend(seen.into_iter().map(|event| TimedEvent { tick, event }));
+        while self.actions.front().is_some_and(|action| action.tick <= tick) {
+            let Some(due) = self.actions.pop_front() else { break };
+            let event = self.act(due.part, due.action, due.sentence);
+            self.events.push(event);
+        }
+        if self.is_world_ended {
+            // The tick never opens, so the link faults announced for it never begin.
+            self.events.retain(|timed| timed.tick < tick || timed.event.reporter() != Reporter::Schedule);
+        }
+    }
+
+    /// Does `action` to `part` before the next tick, after what the schedule has for that tick.
     ///
-    /// A refused action, such as killing a process that is gone, changes nothing but the events.
+    /// A refused action, such as killing a process that is gone, changes nothing but the events. An agent that is thawed
+    /// answers the tick flown last, too late for whoever has measured that tick already.
     pub fn apply(&mut self, part: Part, action: ProcessAction) {
         let event = self.act(part, action, format!("{action:?} {part}"));
         self.pending.push(event);
-    }
-
-    /// Starts the events of tick `now`: what was announced for it, and what happened on the way to it.
-    fn collect_events(&mut self, now: Tick) {
-        self.events.clear();
-        while self.announcements.front().is_some_and(|announced| announced.tick <= now) {
-            self.events.extend(self.announcements.pop_front());
-        }
-        self.events.append(&mut self.pending);
     }
 
     fn act(&mut self, part: Part, action: ProcessAction, sentence: String) -> TimedEvent {

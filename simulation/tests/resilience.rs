@@ -1,6 +1,7 @@
 //! What the resilient law is for: losses, returns, and links at their worst, within bounds on time and distance.
 
 use crate::support::{Flight, Recovery, at_rest, fly_to_end, obstacles_of_the_paper, scenario, with_faults};
+use ringwing_scenario::Scenario;
 use std::thread;
 
 /// The largest slot error of a whole ring.
@@ -130,18 +131,21 @@ fn a_uav_may_die_in_front_of_an_obstacle() {
     }
 }
 
-/// The median time that a swarm takes to form, of twenty draws of starts, when what UAVs send each other arrives
-/// `delay_ms` late.
-fn median_forming_time_s(delay_ms: u32, loss_timeout: &str) -> f64 {
+/// The scenario of a swarm that forms from drawn starts, while what UAVs send each other arrives `delay_ms` late.
+fn delayed(delay_ms: u32, loss_timeout: &str, seed: u32) -> Scenario {
+    let settings = [format!("seed={seed}"), format!("loss_timeout_s={loss_timeout}")];
+    let scenario = scenario("resilient", &settings.each_ref().map(String::as_str));
+    with_faults(scenario, &[&format!("at 0 s link all->all delay {delay_ms} ms")])
+}
+
+/// The median time that a swarm takes to form, of twenty draws of starts, with a loss timeout of 6 s.
+fn median_forming_time_s(delay_ms: u32) -> f64 {
     let forming_time_s = |seed: u32| {
-        let settings = [format!("seed={seed}"), format!("loss_timeout_s={loss_timeout}")];
-        let scenario = scenario("resilient", &settings.each_ref().map(String::as_str));
-        let delay = format!("at 0 s link all->all delay {delay_ms} ms");
-        let mut flight = Flight::new(&with_faults(scenario, &[&delay]));
+        let mut flight = Flight::new(&delayed(delay_ms, "6", seed));
         flight.fly_to(0);
         let recovery = flight.recover(60.0, 1.0);
         let error_m = flight.slot_error_max_m();
-        assert!(error_m < WHOLE_M, "{delay_ms} ms, timeout {loss_timeout} s, seed {seed}: {error_m} m");
+        assert!(error_m < WHOLE_M, "{delay_ms} ms, seed {seed}: {error_m} m");
         recovery.whole_s
     };
     let mut times: Vec<_> = (1..=20).map(forming_time_s).collect();
@@ -151,17 +155,23 @@ fn median_forming_time_s(delay_ms: u32, loss_timeout: &str) -> f64 {
 
 #[test]
 fn late_neighbours_cost_nothing_in_the_end() {
-    let undelayed_s = median_forming_time_s(0, "6");
+    let undelayed_s = median_forming_time_s(0);
     for delay_ms in [200, 500, 1000, 2000, 5000] {
-        let delayed_s = median_forming_time_s(delay_ms, "6");
+        let delayed_s = median_forming_time_s(delay_ms);
         assert!(delayed_s < 1.2 * undelayed_s, "{delay_ms} ms: {delayed_s} s instead of {undelayed_s} s");
     }
 }
 
 #[test]
 fn neighbours_later_than_the_loss_timeout_cost_nothing_in_the_end() {
-    for delay_ms in [200, 500, 1000, 2000, 5000] {
-        median_forming_time_s(delay_ms, "0.1");
+    for (delay_ms, seed) in
+        [200, 500, 1000, 2000, 5000].into_iter().flat_map(|ms| (1..=20).map(move |seed| (ms, seed)))
+    {
+        let mut scenario = delayed(delay_ms, "0.1", seed);
+        scenario.time.duration_s = 60.0;
+        let (_, last) = fly_to_end(&scenario, |_| ());
+        let error_m = last.moment().slot_error_max_m.expect("a formation");
+        assert!(error_m < WHOLE_M, "{delay_ms} ms, seed {seed}: {error_m} m");
     }
 }
 
@@ -184,14 +194,26 @@ fn lost_repeated_late_and_interrupted_messages_move_nobody() {
         "at 0 s link all->all duplicate 20 %",
         "at 0 s link all->all gilbert 0.00111 0.01",
     ];
+    let mut cut_off = Vec::new();
     for seed in 1..=10 {
         let scenario = scenario("resilient", &[&format!("seed={seed}"), "loss_timeout_s=3"]);
         let mut flight = Flight::new(&with_faults(at_rest(scenario), &storm));
-        flight.fly_to(0);
-        let mut worst_m = 0.0_f64;
-        flight.fly(90.0, |flight| worst_m = worst_m.max(flight.slot_error_rms_m()));
-        assert!(worst_m < 0.5, "seed {seed}: {worst_m}");
+        flight.fly_to(1);
+        let (mut worst_m, mut all_believed_alive) = (0.0_f64, true);
+        flight.fly(90.0, |flight| {
+            worst_m = worst_m.max(flight.slot_error_rms_m());
+            all_believed_alive &= flight.all_agree_with_the_truth();
+        });
+        if all_believed_alive {
+            assert!(worst_m < 0.5, "seed {seed}: {worst_m}");
+        } else {
+            cut_off.push(seed);
+            assert!(flight.slot_error_max_m() < WHOLE_M && flight.all_agree_with_the_truth(), "seed {seed}");
+        }
     }
+    // Outages have no longest length. Around tick 4533 of seed 8, both neighbours of UAV 1 and those beyond them have
+    // heard nothing of it for longer than the loss timeout. Then the others are right to close the ring.
+    assert_eq!(cut_off, [8]);
 }
 
 /// How many of 200 swarms from drawn starts are not in formation after 60 s.

@@ -69,12 +69,10 @@ fn a_new_agent_knows_only_its_own_senses_in_its_first_tick() {
 fn a_frozen_agent_answers_nothing() {
     let mut flight = flight_to(&["at 2 s freeze uav 3 for 0.2 s"], 199);
     assert!(flight.account(3).is_some());
-    for _ in 200..220 {
+    for _ in 200..219 {
         flight.step();
         assert!(flight.account(3).is_none());
     }
-    flight.step();
-    assert!(flight.account(3).is_some());
 }
 
 #[test]
@@ -87,6 +85,22 @@ fn a_thawed_agent_first_answers_the_tick_that_it_finds_open() {
     flight.step();
     assert_eq!(flight.next_age(2), Some(1), "UAV 2 hears what was sent in answer to tick 219");
     assert_eq!(flight.account(3).unwrap().tick, Tick(220), "it answers the next tick as well");
+}
+
+#[test]
+fn what_a_thawed_agent_sends_late_is_measured_in_the_tick_that_it_answers() {
+    let mut flight = flight_to(&["at 2 s freeze uav 3 for 0.2 s"], 218);
+    assert_eq!(flight.frame().uavs[2].control, None);
+    flight.step();
+    assert_eq!(flight.account(3).unwrap().tick, Tick(219));
+    assert!(flight.frame().uavs[2].control.is_some());
+    // Link counts are due in every hundredth tick.
+    let counted = |end_s: f64| {
+        let faults = [format!("at 1.5 s freeze uav 3 for {end_s} s"), "at 0 s link 2->3 loss 10 %".into()];
+        let flight = flight_to(&faults.each_ref().map(String::as_str), 200);
+        flight.frame().links.len()
+    };
+    assert_eq!((counted(0.51), counted(0.52)), (1, 0));
 }
 
 #[test]
@@ -170,8 +184,11 @@ fn without_a_leader_agents_go_on_by_its_last_state_and_a_new_one_continues_its_p
 
 #[test]
 fn a_thawed_leader_first_answers_the_tick_that_it_finds_open() {
-    let mut flight = flight_to(&["at 2 s freeze leader for 0.2 s"], 219);
-    assert_eq!((flight.simulation.led(), flight.leader_age(1)), (None, Some(219 - 199)));
+    let mut flight = flight_to(&["at 2 s freeze leader for 0.2 s"], 218);
+    assert_eq!(flight.simulation.led(), None);
+    flight.step();
+    assert_eq!(flight.simulation.led().unwrap().tick, Tick(219));
+    assert_eq!(flight.leader_age(1), Some(219 - 199), "too late for the agents");
     flight.step();
     assert_eq!(flight.leader_age(1), Some(1), "agents hear what it sent in answer to tick 219");
 }

@@ -14,7 +14,7 @@ use crate::{
     metrics::{FlightSummary, Frame, Moment, judge},
     show::view::Viewer,
 };
-use ringwing_flight::{Event, GapCause, Tick, TickTiming, TimedEvent, WorldReport};
+use ringwing_flight::{Event, GapCause, Reporter, Tick, TickTiming, TimedEvent, WorldReport};
 use ringwing_scenario::RequirementsSection;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -165,7 +165,9 @@ impl Recording {
         if let Some(gap) = self.gaps.end() {
             self.log_gap(last_tick, gap, GapCause::FellBehind);
         }
-        let events = self.take_events(i64::MAX);
+        let mut events = self.take_events(i64::MAX);
+        // The schedule announces faults up to any tick. Those of ticks that the flight never reached did not happen.
+        events.retain(|timed| timed.tick.0 <= last_tick || timed.event.reporter() != Reporter::Schedule);
         for event in &events {
             self.metrics.on_event(event);
         }
@@ -249,16 +251,19 @@ mod tests {
         let (_folder, path) = place();
         let scenario = ring_of(3, 40.0);
         let mut recording = testing::recording(&path, &scenario);
-        for (tick, text) in [(5, "later"), (2, "sooner"), (30, "after the end")] {
+        for (tick, text) in [(5, "later"), (2, "sooner"), (30, "never reached")] {
             recording.log_event(healed(tick, text));
         }
+        let last = TimedEvent { tick: Tick(10), event: Event::RunInterrupted };
+        let text = last.event.text(|_| String::new());
+        recording.log_event(last);
         testing::observe(&mut recording, &flight(&scenario, 0..10));
         recording.finish(None).unwrap();
-        assert_eq!(lines(&path), [(2, "sooner".into()), (5, "later".into()), (9, "after the end".into())]);
+        assert_eq!(lines(&path), [(2, "sooner".into()), (5, "later".into()), (9, text)]);
         let seen = messages(&std::fs::read(path).unwrap());
         let events = seen.iter().filter(|message| message.topic == topics::EVENTS);
         let events: Vec<_> = events.map(|message| LoggedEvent::decode(&*message.data).unwrap()).collect();
-        assert_eq!(events.iter().map(|event| event.tick).collect::<Vec<_>>(), [2, 5, 30]);
+        assert_eq!(events.iter().map(|event| event.tick).collect::<Vec<_>>(), [2, 5, 10]);
         assert_eq!(events[0].event(), Some(healed(2, "sooner")));
     }
 
