@@ -1,5 +1,7 @@
 //! Whole flights in one process: what the paper shows, what the resilient law is for, and the rules of the simulation.
 
+#![expect(clippy::unwrap_used, reason = "what is not there fails the test")]
+
 mod support;
 
 mod dead_reckoning;

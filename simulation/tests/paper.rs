@@ -46,7 +46,9 @@ fn section_4_1_the_formation_is_generated_and_kept() {
     assert!(first > 20.0, "the flight begins far from the formation");
     for uav in &states {
         assert_eq!(uav.len(), 9001);
-        uav.iter().for_each(|(state, _)| assert_limits(state));
+        for (state, _) in uav {
+            assert_limits(state);
+        }
         assert_standard_formation(&uav[9000].0);
     }
     for tick in 0..=9000 {

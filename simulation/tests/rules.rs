@@ -36,8 +36,9 @@ fn events(flown: &Flown) -> Vec<(i64, &str)> {
 
 /// Why each refused fault was refused.
 fn refusals(flown: &Flown) -> Vec<&str> {
-    let why =
-        |event| if let &Event::FaultRefused { ref why, .. } = event { Some(why.as_str()) } else { None };
+    fn why(event: &Event) -> Option<&str> {
+        if let Event::FaultRefused { why, .. } = event { Some(why) } else { None }
+    }
     flown.events.iter().filter_map(|timed| why(&timed.event)).collect()
 }
 
