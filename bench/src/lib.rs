@@ -1,16 +1,16 @@
 //! `ringwing bench`: how long a control tick takes across processes, where the time goes, and what other transports
 //! cost.
 //!
-//! - [`args`] says what to measure, as [`case`]s, and [`order`] shuffles them.
-//! - [`runner`] measures each case in its own process ([`case_args`]): the swarm itself, or a [`transport`] in its
-//!   place. [`scratch`] is the temporary folder of a benchmark.
-//! - [`measure`] keeps the timestamps of every tick and writes them as a [`trace`] to a [`trace_file`], with the
-//!   [`usage`] of all processes from [`proc_files`].
-//! - [`hops`] computes latencies from a trace; [`latencies`] ([`hdr`] in files) and [`statistics`] describe them, and
-//!   [`result`] holds everything.
-//! - A result is shown as a [`table`], as a [`page`] with [`charts`], as [`histogram_files`], or beside another one
-//!   ([`compare`]). All figures come from [`quantity`], all names from [`label`].
-//! - [`doctor`] looks at the [`machine`] through [`kernel_files`].
+//! - `args` says what to measure, as `case`s, and `order` shuffles them.
+//! - `runner` measures each case in its own process (`case_args`): the swarm itself, or a `transport` in its
+//!   place. `scratch` is the temporary folder of a benchmark.
+//! - `measure` keeps the timestamps of every tick and writes them as a `trace` to a `trace_file`, with the
+//!   `usage` of all processes from `proc_files`.
+//! - `hops` computes latencies from a trace; `latencies` (`hdr` in files) and `statistics` describe them, and
+//!   `result` holds everything.
+//! - A result is shown as a `table`, as a `page` with `charts`, as `histogram_files`, or beside another one
+//!   (`compare`). All figures come from `quantity`, all names from `label`.
+//! - `doctor` looks at the `machine` through `kernel_files`.
 //!
 //! Must never filter a sample, and must never change what flies.
 

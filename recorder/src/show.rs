@@ -1,7 +1,7 @@
 //! What viewers show besides the raw data of a tick: scenes, coordinate frames, the map, faults and panels.
 //!
-//! [`view`] decides what is due at a tick and combines the rest: [`scene`] draws for the 3D panel, [`geo`] for the map,
-//! [`faults`] follows what is wrong, [`layout`] arranges the panels, and [`palette`] holds the colours. Pure: never reads
+//! `view` decides what is due at a tick and combines the rest: `scene` draws for the 3D panel, `geo` for the map,
+//! `faults` follows what is wrong, `layout` arranges the panels, and `palette` holds the colours. Pure: never reads
 //! a clock or a file, and the same frames give the same bytes on every machine.
 
 pub(crate) mod faults;

@@ -16,7 +16,7 @@ pub(in crate::launcher) enum Effect {
         /// The signal.
         signal: ProcessSignal,
     },
-    /// Spawn a process and report it as [`Input::Spawned`].
+    /// Spawn a process and report it as [`Input::Spawned`](super::Input::Spawned).
     Spawn,
     /// Watch this process for its end: it is not the launcher's child.
     Watch {
