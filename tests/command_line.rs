@@ -94,7 +94,7 @@ fn a_process_started_without_a_run_reports_that_the_run_is_missing() {
     for process in [&["world"][..], &["leader"], &["recorder"], &["agent", "--uav", "1"]] {
         let (code, _, stderr) = output(&[process, &["--domain", "zzzzzz"]].concat());
         assert_eq!(code, Some(1));
-        assert!(stderr.contains("no run with this domain"), "{stderr}");
+        assert!(stderr.contains("no run of this name is live"), "{stderr}");
     }
 }
 

@@ -55,15 +55,24 @@ fn review_draws_a_self_contained_page() {
         "obstacle-2-repulsion",
         "lyapunov",
         "latency",
-        "events",
     ] {
         let svg = fs::read_to_string(run.folder.join(format!("review/{figure}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains("<polyline"), "{figure}");
         assert!(page.contains(&format!("id=\"{figure}\"")));
     }
+    assert!(!run.folder.join("review/events.svg").exists(), "a flight without events has no timeline");
     let csv = fs::read_to_string(run.folder.join("review/speeds.csv")).unwrap();
     assert!(csv.starts_with("time_s,uav 1,uav 2"));
     assert_eq!(csv.lines().count(), 9002, "a table has a header and a row per tick");
+}
+
+#[test]
+fn review_draws_a_timeline_of_the_events() {
+    let run = Swarm::fly("dropout").with("--duration 32").finish();
+    tool(&["review", text(&log_of(&run))]);
+    let page = fs::read_to_string(run.folder.join("review/index.html")).unwrap();
+    assert!(page.contains("id=\"events\"") && page.contains("uav 3 is killed: kill uav 3"));
+    assert!(fs::read_to_string(run.folder.join("review/events.svg")).unwrap().starts_with("<svg"));
 }
 
 #[test]
