@@ -25,17 +25,24 @@ fn differences(scenario: &Scenario) -> Vec<String> {
     for (key, value) in simulated.as_object().expect("an object") {
         differences.extend(difference(key, value, &real[key]));
     }
-    let measured: FlightSummary =
-        serde_json::from_value(real["flight"].clone()).expect("a flight was measured");
-    if measured != flown.summary {
-        let real = serde_json::to_value(measured).expect("a summary is plain data");
-        let simulated = serde_json::to_value(&flown.summary).expect("a summary is plain data");
-        for (key, value) in simulated.as_object().expect("an object") {
-            differences.extend(difference(&format!("flight.{key}"), value, &real[key]));
-        }
-    }
+    differences.extend(flight_differences(&flown.summary, &real["flight"]));
     differences.extend(event_difference(&flown.events, &logged_events(&run, scenario)));
     differences
+}
+
+/// What differs in the recorder's measures.
+fn flight_differences(simulated: &FlightSummary, real: &Value) -> Vec<String> {
+    // The same type on both sides, so that its defaults and its numbers are read alike.
+    let Ok(real) = serde_json::from_value::<FlightSummary>(real.clone()) else {
+        return vec![format!("flight: measured in the simulation, flown {real}")];
+    };
+    let fields = |summary| serde_json::to_value(summary).expect("a summary is plain data");
+    let (simulated, real) = (fields(simulated), fields(&real));
+    let simulated = simulated.as_object().expect("an object");
+    simulated
+        .iter()
+        .filter_map(|(key, value)| difference(&format!("flight.{key}"), value, &real[key]))
+        .collect()
 }
 
 fn difference(key: &str, simulated: &Value, real: &Value) -> Option<String> {

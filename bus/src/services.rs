@@ -24,10 +24,10 @@ pub const TICK_DEPTH: usize = 4;
 /// Samples of a UAV's state kept for each reader. More cost memory on every link of the ring; fewer lose more of them
 /// to a neighbour that is late in real time.
 const STATE_DEPTH: usize = 16;
-/// Readers of one UAV's state: the recorder and four agents. After a loss the agents on both sides listen for the lost
-/// UAV, and for a moment even more agents do, until they agree on who is lost. With fewer places an agent has to wait
-/// for a free one; more cost memory.
-const STATE_READERS: usize = 5;
+/// Readers of one UAV's state. In a whole ring it has two; while many UAVs take each other for lost, up to eight and the
+/// nearest living on each side listen to one UAV, and one or two more that take turns. With fewer places scheduling
+/// decides who gets one, so that a flight in lockstep is not repeatable; more cost memory.
+const STATE_READERS: usize = 20;
 /// Publishers per service: one sender, and dead ones that are not cleaned up yet. With fewer, a sender that is killed
 /// repeatedly cannot restart at once.
 const SENDERS: usize = 3;

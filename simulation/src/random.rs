@@ -2,7 +2,7 @@
 //!
 //! Every scenario is valid, and its seed alone decides it. Real processes fly it to the same payloads as a
 //! [`Simulation`](crate::Simulation): scheduling never decides how the flight goes. So a scenario never has a fault of
-//! the world, never kills or stops the recorder, and never has an answer so slow that the run gives up waiting.
+//! the world, never takes the recorder away for long or at the end, and never has an answer so slow that the run gives up waiting.
 
 use ringwing_flight::{OnLoss, draw::Draws};
 use ringwing_scenario::{
@@ -112,17 +112,18 @@ impl Dice {
 
     /// A fault at some time of the flight, or shortly after its end, where it never happens.
     fn fault(&mut self, duration_s: f64, uavs: u32) -> Fault {
-        let action = match self.whole(1..=11) {
+        let action = match self.whole(1..=12) {
             1..=5 => self.process_fault(uavs),
             6..=10 => self.link_fault(uavs),
-            _ => Action::Heal(if self.one_in(2) { Links::All } else { self.links(uavs) }),
+            11 => Action::Heal(if self.one_in(2) { Links::All } else { self.links(uavs) }),
+            _ => return self.recorder_freeze(duration_s),
         };
         Fault { at_s: self.number(0.0, 1.05 * duration_s), action }
     }
 
     fn process_fault(&mut self, uavs: u32) -> Action {
         let for_s = (!self.one_in(4)).then(|| self.number(0.01, 3.0));
-        let fault = match self.whole(1..=9) {
+        let fault = match self.whole(1..=8) {
             1 => ProcessFault::Kill,
             2 => ProcessFault::Stop,
             3 => ProcessFault::Freeze { for_s },
@@ -130,19 +131,22 @@ impl Dice {
             5 => ProcessFault::Start,
             6 => ProcessFault::Restart { after_s: self.number(0.01, 3.0) },
             7 => ProcessFault::Flap { every_s: self.number(0.2, 2.0), for_s: self.number(0.2, 4.0) },
-            8 => {
+            _ => {
                 let by_s = f64::from(self.whole(1..=SLOW_MAX_MS)) / 1000.0;
                 let fault = ProcessFault::Slow { by_s, for_s: Some(self.number(0.01, 0.5)) };
                 return Action::Process { fault, targets: self.some_uavs(uavs) };
             }
-            // A recorder that is away for longer may miss ticks, and whether it does depends on scheduling.
-            _ => {
-                let fault = ProcessFault::Freeze { for_s: Some(self.number(0.01, 1.0)) };
-                return Action::Process { fault, targets: Targets::Recorder };
-            }
         };
         let targets = if self.one_in(4) { Targets::Leader } else { self.some_uavs(uavs) };
         Action::Process { fault, targets }
+    }
+
+    /// A recorder that is frozen for longer may miss ticks, and whether it does depends on scheduling. One that is still
+    /// frozen at the end is killed, and the run fails for want of its report.
+    fn recorder_freeze(&mut self, duration_s: f64) -> Fault {
+        let fault = ProcessFault::Freeze { for_s: Some(self.number(0.01, 1.0)) };
+        let action = Action::Process { fault, targets: Targets::Recorder };
+        Fault { at_s: self.number(0.0, duration_s - 2.0), action }
     }
 
     fn some_uavs(&mut self, uavs: u32) -> Targets {
@@ -287,12 +291,17 @@ mod tests {
 
     #[test]
     fn no_scenario_has_a_fault_that_chance_has_a_part_in() {
-        for fault in SEEDS.flat_map(|seed| scenario(seed).faults) {
-            let Action::Process { fault, targets } = fault.action else { continue };
+        let faults = SEEDS.map(scenario).flat_map(|scenario| {
+            let duration_s = scenario.time.duration_s;
+            scenario.faults.into_iter().map(move |fault| (fault, duration_s))
+        });
+        for (Fault { at_s, action }, duration_s) in faults {
+            let Action::Process { fault, targets } = action else { continue };
             assert_ne!(targets, Targets::World);
-            let is_short_freeze =
-                matches!(fault, ProcessFault::Freeze { for_s: Some(for_s) } if for_s <= 1.0);
-            assert!(targets != Targets::Recorder || is_short_freeze, "{fault:?}");
+            let ends_early = |for_s: f64| for_s <= 1.0 && at_s + for_s < duration_s;
+            let is_harmless =
+                matches!(fault, ProcessFault::Freeze { for_s: Some(for_s) } if ends_early(for_s));
+            assert!(targets != Targets::Recorder || is_harmless, "{fault:?}");
             assert!(!matches!(fault, ProcessFault::Slow { by_s, .. } if by_s > 0.1), "{fault:?}");
         }
     }
