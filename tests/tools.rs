@@ -48,14 +48,9 @@ fn review_draws_a_self_contained_page() {
         assert!(!page.contains(foreign), "{foreign}");
     }
     assert!(page.len() < 4_000_000, "{} bytes", page.len());
-    for figure in [
-        "trajectories",
-        "leader-distances",
-        "speeds",
-        "obstacle-2-repulsion",
-        "lyapunov",
-        "latency",
-    ] {
+    for figure in
+        ["trajectories", "leader-distances", "speeds", "obstacle-2-repulsion", "lyapunov", "latency"]
+    {
         let svg = fs::read_to_string(run.folder.join(format!("review/{figure}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains("<polyline"), "{figure}");
         assert!(page.contains(&format!("id=\"{figure}\"")));
