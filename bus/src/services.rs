@@ -40,7 +40,7 @@ pub fn sensed(uav: UavId) -> Channel<Sensed> {
     channel(format!("uav/{}/sensed", uav.0), 2, RECORDER_DEPTH)
 }
 
-/// What `uav` tells its ring neighbours, and the recorder.
+/// What `uav` tells its ring neighbours.
 pub fn state(uav: UavId) -> Channel<UavState> {
     channel(format!("uav/{}/state", uav.0), STATE_READERS, STATE_DEPTH)
 }

@@ -2,7 +2,8 @@
 //!
 //! Every scenario is valid, and its seed alone decides it. Real processes fly it to the same payloads as a
 //! [`Simulation`](crate::Simulation): scheduling never decides how the flight goes. So a scenario never has a fault of
-//! the world, never takes the recorder away for long or at the end, and never has an answer so slow that the run gives up waiting.
+//! the world, never takes the recorder away for long or at the end, and never has an answer so slow that the run gives up
+//! waiting.
 
 use ringwing_flight::{OnLoss, draw::Draws};
 use ringwing_scenario::{

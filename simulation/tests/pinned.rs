@@ -1,6 +1,6 @@
 //! What flies does not change unnoticed: payload hashes of flights of every kind, as the processes flew them.
 //!
-//! A hash here changes only with the flight itself. Whoever changes the flight on purpose pins anew, and says why.
+//! A hash here changes only with the flight itself. After a deliberate change of the flight, pin the new hashes and say why.
 
 use ringwing_scenario::{Scenario, Setting, Source};
 
