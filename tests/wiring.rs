@@ -3,18 +3,22 @@
 use crate::harness::{Running, Swarm};
 use iceoryx2::{
     node::{Node, NodeState, NodeView},
-    prelude::{CallbackProgression, Config, FilePath, NodeBuilder, SemanticString, Service, ipc},
-    service::port_factory::PortFactory,
+    prelude::{
+        CallbackProgression, Config, FilePath, NodeBuilder, SemanticString, Service, ZeroCopySend, ipc,
+    },
+    service::port_factory::{PortFactory, publish_subscribe},
 };
 use ringwing_bus::{Stamps, Wire};
 use ringwing_flight::{
-    Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, Part, Payload, Roster, Sensed,
-    TickTiming, UavId, UavState,
+    EventMessage, FormationError, JournalEntry, JournalHeader, LinkCounts, Part, Payload, Roster, UavId,
 };
 use rustix::process::Signal;
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Debug,
+};
 
-/// Names of the nodes that publish to a service, and of those that subscribe to it.
+/// Names of the nodes that write or publish to a service, and of those that read it or subscribe to it.
 type Ends = (BTreeSet<String>, BTreeSet<String>);
 
 /// Inspects a live run as iceoryx2's command line does, with the configuration file in the run's folder.
@@ -52,9 +56,39 @@ impl Inspector {
         services
     }
 
-    fn ends<T: Payload>(&self, service: &str) -> Ends {
+    /// Who writes a blackboard, and who reads it.
+    fn board_ends(&self, service: &str) -> Ends {
         let builder = self.node.service_builder(&service.try_into().unwrap());
-        let factory = builder.publish_subscribe::<Wire<T>>().user_header::<Stamps>().open().unwrap();
+        let factory = builder.blackboard_opener::<u32>().open().unwrap();
+        let mut ends = Ends::default();
+        factory.dynamic_config().list_writers(|port| {
+            ends.0.insert(self.names[&port.node_id.value()].clone());
+            CallbackProgression::Continue
+        });
+        factory.dynamic_config().list_readers(|port| {
+            ends.1.insert(self.names[&port.node_id.value()].clone());
+            CallbackProgression::Continue
+        });
+        ends
+    }
+
+    fn message_ends<T: Payload>(&self, service: &str) -> Ends {
+        let builder = self.node.service_builder(&service.try_into().unwrap());
+        self.channel_ends(&builder.publish_subscribe::<Wire<T>>().user_header::<Stamps>().open().unwrap())
+    }
+
+    fn journal_ends(&self) -> Ends {
+        let builder = self.node.service_builder(&"journal".try_into().unwrap());
+        let builder = builder.publish_subscribe::<[Wire<JournalEntry>]>();
+        self.channel_ends(&builder.user_header::<Wire<JournalHeader>>().open().unwrap())
+    }
+
+    /// Who publishes to a service, and who subscribes to it.
+    fn channel_ends<T, H>(&self, factory: &publish_subscribe::PortFactory<ipc::Service, T, H>) -> Ends
+    where
+        T: ZeroCopySend + Debug + ?Sized,
+        H: ZeroCopySend + Debug,
+    {
         let mut ends = Ends::default();
         factory.dynamic_config().list_publishers(|port| {
             ends.0.insert(self.names[&port.node_id.value()].clone());
@@ -69,18 +103,13 @@ impl Inspector {
 
     fn all_ends(&self) -> BTreeMap<String, Ends> {
         let ends_of = |service: String| {
-            let ends = match service.rsplit('/').next().unwrap() {
-                "sensed" => self.ends::<Sensed>(&service),
-                "command" => self.ends::<Command>(&service),
-                "account" => self.ends::<Account>(&service),
-                "state" if service.starts_with("uav/") => self.ends::<UavState>(&service),
-                "state" => self.ends::<LeaderState>(&service),
-                "links" => self.ends::<LinkCounts>(&service),
-                "timing" => self.ends::<TickTiming>(&service),
-                "events" => self.ends::<EventMessage>(&service),
-                "roster" => self.ends::<Roster>(&service),
-                "formation_error" => self.ends::<FormationError>(&service),
-                other => panic!("unknown service {other}"),
+            let ends = match service.as_str() {
+                "uav/links" => self.message_ends::<LinkCounts>(&service),
+                "world/events" | "launcher/events" => self.message_ends::<EventMessage>(&service),
+                "launcher/roster" => self.message_ends::<Roster>(&service),
+                "recorder/formation_error" => self.message_ends::<FormationError>(&service),
+                "journal" => self.journal_ends(),
+                _ => self.board_ends(&service),
             };
             (service, ends)
         };
@@ -97,7 +126,7 @@ fn an_agent_is_connected_only_to_its_senses_its_ring_neighbours_and_the_leader()
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --uavs 5").start();
     run.wait_for_second(0.1);
     let services = Inspector::of(&run).all_ends();
-    assert_eq!(services.len(), 7 + 4 * 5, "{:?}", services.keys());
+    assert_eq!(services.len(), 7 + 3 * 5, "{:?}", services.keys());
     for uav in 1..=5_u32 {
         let (previous, next) = ((uav + 3) % 5 + 1, uav % 5 + 1);
         let agent = format!("agent-{uav}");
@@ -106,27 +135,28 @@ fn an_agent_is_connected_only_to_its_senses_its_ring_neighbours_and_the_leader()
             mine.map(|(service, _)| service.clone()).collect()
         };
         let expected_inputs = set(&[
-            format!("uav/{uav}/sensed"),
-            format!("uav/{previous}/state"),
-            format!("uav/{next}/state"),
-            "leader/state".into(),
+            format!("uav/{uav}/sensed/1"),
+            format!("uav/{previous}/state/1"),
+            format!("uav/{next}/state/1"),
+            "leader/state/1".into(),
         ]);
-        let expected_outputs = set(&["state", "command", "account"].map(|kind| format!("uav/{uav}/{kind}")));
-        assert_eq!(of(|ends| &ends.1), expected_inputs, "{agent} subscribes");
-        assert_eq!(of(|ends| &ends.0), expected_outputs, "{agent} publishes");
+        let expected_outputs = set(&["state", "command"].map(|kind| format!("uav/{uav}/{kind}/1")));
+        assert_eq!(of(|ends| &ends.1), expected_inputs, "{agent} reads");
+        assert_eq!(of(|ends| &ends.0), expected_outputs, "{agent} writes");
     }
     crate::harness::send(run.launcher(), Signal::INT);
     run.finish().assert_ended_with(1);
 }
 
 #[test]
-fn after_a_loss_its_neighbours_subscribe_to_each_other_and_still_to_the_lost_uav() {
+fn after_a_loss_its_neighbours_read_each_other_and_wait_at_the_board_of_a_successor() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --set law=resilient").start();
     run.wait_for_second(0.5);
     run.signal(Part::Agent(UavId(3)), Signal::KILL);
     run.wait_for_second(3.0);
     let services = Inspector::of(&run).all_ends();
-    let listeners = |uav: u32| services[&format!("uav/{uav}/state")].1.clone();
+    let newest = |uav: u32| if uav == 3 { 2 } else { 1 };
+    let listeners = |uav: u32| services[&format!("uav/{uav}/state/{}", newest(uav))].1.clone();
     assert_eq!(listeners(3), set(&["agent-2".into(), "agent-4".into()]));
     assert_eq!(listeners(2), set(&["agent-1".into(), "agent-4".into()]));
     assert_eq!(listeners(4), set(&["agent-2".into(), "agent-5".into()]));
@@ -136,21 +166,28 @@ fn after_a_loss_its_neighbours_subscribe_to_each_other_and_still_to_the_lost_uav
 }
 
 #[test]
-fn the_leader_subscribes_to_nothing_and_the_recorder_publishes_only_to_the_launcher() {
+fn the_leader_reads_nothing_and_the_recorder_only_the_journal_links_and_events() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600").start();
     run.wait_for_second(0.1);
     let services = Inspector::of(&run).all_ends();
-    for (service, (publishers, subscribers)) in &services {
-        assert!(!subscribers.contains("leader"), "the leader subscribes to {service}");
-        if publishers.contains("recorder") {
+    for (service, (writers, readers)) in &services {
+        assert!(!readers.contains("leader"), "the leader reads {service}");
+        if writers.contains("recorder") {
             assert_eq!(service, "recorder/formation_error");
-            assert_eq!(*subscribers, set(&["launcher".into()]));
+            assert_eq!(*readers, set(&["launcher".into()]));
+        }
+        if readers.contains("recorder") {
+            let is_for_the_log = ["journal", "uav/links", "world/events", "launcher/events"];
+            assert!(is_for_the_log.contains(&service.as_str()), "the recorder reads {service}");
+        }
+        if let Some(uav) = service.strip_prefix("uav/").and_then(|rest| rest.strip_suffix("/command/1")) {
+            assert_eq!(*writers, set(&[format!("agent-{uav}")]));
+            assert_eq!(*readers, set(&["world".into()]), "{service}");
         }
     }
-    let listeners: BTreeSet<String> = services["leader/state"].1.clone();
     let mut expected: BTreeSet<String> = (1..=6).map(|uav| format!("agent-{uav}")).collect();
-    expected.insert(Part::Recorder.node_name());
-    assert_eq!(listeners, expected);
+    expected.insert(Part::World.node_name());
+    assert_eq!(services["leader/state/1"].1, expected);
     crate::harness::send(run.launcher(), Signal::INT);
     run.finish().assert_ended_with(1);
 }

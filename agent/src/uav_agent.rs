@@ -80,23 +80,20 @@ impl UavAgent {
     /// Takes in the senses of `now`, and what the others and the leader sent until the tick before.
     pub fn receive<I: Inputs>(&mut self, now: Tick, inputs: &mut I) -> Result<(), I::Error> {
         let pilot = &mut self.pilot;
-        self.senses.receive(now, |take| inputs.sensed(take), |sensed| pilot.receive_sensed(sensed))?;
+        self.senses.receive(
+            now,
+            |ticks, take| inputs.sensed(ticks, take),
+            |sensed| pilot.receive_sensed(sensed),
+        )?;
         for NeighbourInput { uav, receiver } in &mut self.neighbours {
             let take = |state: &UavState| pilot.receive_state(state, now);
-            receiver.receive(now, |take| inputs.state(*uav, take), take)?;
+            receiver.receive(now, |ticks, take| inputs.state(*uav, ticks, take), take)?;
         }
-        self.receive_leader(now, inputs)
-    }
-
-    /// Takes in only what the leader sent: for a caller that waits for a leader state.
-    pub fn receive_leader<I: Inputs>(&mut self, now: Tick, inputs: &mut I) -> Result<(), I::Error> {
-        let pilot = &mut self.pilot;
-        self.leader.receive(now, |take| inputs.leader(take), |state| pilot.receive_leader(state))
-    }
-
-    /// The tick of the newest leader state that has arrived, whatever a fault then does to it.
-    pub fn newest_leader_arrived(&self) -> Option<Tick> {
-        self.leader.newest_arrived()
+        self.leader.receive(
+            now,
+            |ticks, take| inputs.leader(ticks, take),
+            |state| pilot.receive_leader(state),
+        )
     }
 
     /// The counts to report in `now`, between [`receive`](Self::receive) and [`fly`](Self::fly): those of the links
@@ -134,7 +131,8 @@ impl UavAgent {
             }
         }
         for uav in listened {
-            if !self.is_open(uav) && inputs.open_state(uav)? {
+            if !self.is_open(uav) {
+                inputs.open_state(uav)?;
                 self.open(uav);
             }
         }

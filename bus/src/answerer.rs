@@ -31,24 +31,9 @@ impl Answerer {
         }
     }
 
-    /// Whether this process knows no earlier tick: it has not answered any, nor found one answered without it.
-    pub fn is_new(&self) -> bool {
-        self.last.is_none()
-    }
-
     /// Answers `tick`. Everything that this process sends for it must be published before.
     pub fn answer(&mut self, tick: Tick) -> Result<(), BusError> {
         self.gate.answer(self.part, tick);
-        self.finish(tick)
-    }
-
-    /// Answers `tick` as the leader, whose state of that tick every subscriber has got.
-    pub fn answer_as_leader(&mut self, tick: Tick) -> Result<(), BusError> {
-        self.gate.answer_as_leader(tick);
-        self.finish(tick)
-    }
-
-    fn finish(&mut self, tick: Tick) -> Result<(), BusError> {
         self.last = Some(tick);
         self.waker.notify()
     }

@@ -28,8 +28,6 @@ use std::{
 pub(crate) type Factory<T> = PortFactory<ipc::Service, Wire<T>, Stamps>;
 type Connection<T> = subscriber::Subscriber<ipc::Service, Wire<T>, Stamps>;
 
-const NO_PLACE: SubscriberCreateError = SubscriberCreateError::ExceedsMaxSupportedSubscribers;
-
 /// Samples that a subscriber may hold while it gets the next: one is in use at a time, and one more is asked for.
 const BORROWED_MAX: usize = 2;
 
@@ -97,31 +95,13 @@ impl<T: Payload> Channel<T> {
     /// again.
     pub fn subscriber(&self, node: &Node<ipc::Service>, depth: usize) -> Result<Subscriber<T>, BusError> {
         let factory = self.open(node)?;
-        let port = retry(|| self.connect(&factory, depth), |error| *error == NO_PLACE)
-            .map_err(|error| self.no_place(error))?;
+        let create = || {
+            let builder = factory.subscriber_builder().buffer_size(depth.min(self.depth));
+            builder.set_degradation_handler(|_, _| count_failure()).create()
+        };
+        let is_full = |error: &_| *error == SubscriberCreateError::ExceedsMaxSupportedSubscribers;
+        let port = retry(create, is_full).map_err(|error| self.error("no place for a subscriber", error))?;
         Ok(Subscriber { port, name: self.name.clone() })
-    }
-
-    /// Opens a receiving end at once, or returns `None` if all places are taken at the moment.
-    pub fn subscriber_if_free(
-        &self,
-        node: &Node<ipc::Service>,
-        depth: usize,
-    ) -> Result<Option<Subscriber<T>>, BusError> {
-        match self.connect(&self.open(node)?, depth) {
-            Ok(port) => Ok(Some(Subscriber { port, name: self.name.clone() })),
-            Err(NO_PLACE) => Ok(None),
-            Err(error) => Err(self.no_place(error)),
-        }
-    }
-
-    fn connect(&self, factory: &Factory<T>, depth: usize) -> Result<Connection<T>, SubscriberCreateError> {
-        let builder = factory.subscriber_builder().buffer_size(depth.min(self.depth));
-        builder.set_degradation_handler(|_, _| count_failure()).create()
-    }
-
-    fn no_place(&self, error: SubscriberCreateError) -> BusError {
-        self.error("no place for a subscriber", error)
     }
 
     fn error(&self, problem: &str, reason: impl Debug) -> BusError {
@@ -134,7 +114,7 @@ fn service_error(name: &str, problem: &str, reason: impl Debug) -> BusError {
 }
 
 /// Whether opening may succeed a moment later: the service is being created, or its creator died and it is cleaned up.
-fn may_open_later(error: OpenError) -> bool {
+pub(crate) fn may_open_later(error: OpenError) -> bool {
     matches!(
         error,
         OpenError::DoesNotExist
@@ -147,7 +127,7 @@ fn may_open_later(error: OpenError) -> bool {
 }
 
 /// Takes note of a failed connection and goes on: the process serves the others it is connected to.
-fn count_failure() -> DegradationAction {
+pub(crate) fn count_failure() -> DegradationAction {
     FAILED_CONNECTIONS.fetch_add(1, Relaxed);
     DegradationAction::Ignore
 }
@@ -180,21 +160,9 @@ pub struct Subscriber<T: Payload> {
 impl<T: Payload> Subscriber<T> {
     /// Hands over all samples that have come, oldest first.
     pub fn drain(&self, mut take: impl FnMut(&T, &Stamps)) -> Result<(), BusError> {
-        self.drain_until(|payload, stamps| {
-            take(payload, stamps);
-            false
-        })
-    }
-
-    /// Hands over the samples that have come, oldest first, until `take` returns true because it needs no newer one.
-    ///
-    /// A reader that knows it has the newest sample saves a look at an empty queue, which costs as much as a sample.
-    pub fn drain_until(&self, mut take: impl FnMut(&T, &Stamps) -> bool) -> Result<(), BusError> {
         let failed = |error| service_error(&self.name, "cannot be read", error);
         while let Some(sample) = self.port.receive().map_err(failed)? {
-            if take(&sample.payload().0, sample.user_header()) {
-                break;
-            }
+            take(&sample.payload().0, sample.user_header());
         }
         Ok(())
     }

@@ -3,7 +3,8 @@
 //! The only crate that knows iceoryx2, futexes and shared memory.
 //!
 //! - [`domain`] is a run's place in shared memory, and [`report`] names the files that processes leave there.
-//! - [`services`] is the table of a run's services; `channel` opens them, sends and receives.
+//! - [`services`] is the table of a run's services: a `blackboard` shows the values of the last ticks, the `journal`
+//!   carries everything to the log, and a `channel` carries rare messages.
 //! - `gate` is the page at which all processes step through time, made of [`page`] and [`futex`]; `waker` and
 //!   `wait_strategy` are how they wait for it.
 //! - `member` is a process that takes part in a run, and `answerer` one that answers ticks. `process`, `node` and
@@ -15,12 +16,14 @@
 
 mod answerer;
 mod ballast;
+mod blackboard;
 mod channel;
 mod deadlines;
 pub mod domain;
 mod error;
 pub mod futex;
 mod gate;
+pub mod journal;
 mod member;
 mod node;
 pub mod page;
@@ -38,11 +41,13 @@ mod wire;
 
 pub use answerer::Answerer;
 pub use ballast::Ballast;
+pub use blackboard::{Board, BoardAccess, BoardReader, BoardWriter};
 pub use channel::{Channel, Publisher, Subscriber, failed_connections};
 pub use deadlines::{Deadlines, Lateness};
 pub use domain::{Domain, DomainId, DomainOwner};
 pub use error::BusError;
 pub use gate::{Gate, Wait};
+pub use journal::{JournalReader, JournalWriter};
 pub use member::{Member, MemberArgs};
 pub use node::create_node;
 pub use placement::{Placement, PlacementError};

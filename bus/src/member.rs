@@ -3,7 +3,7 @@
 //! Must never know what the process does in the run.
 
 use crate::{
-    BusError, Domain, DomainId, Gate, StopFlag, create_node,
+    BoardAccess, BusError, Domain, DomainId, Gate, StopFlag, create_node,
     process::{die_with, is_running, set_process_name},
 };
 use iceoryx2::{node::Node, prelude::ipc};
@@ -27,6 +27,7 @@ pub struct Member {
     part: Part,
     domain: Domain,
     scenario: Scenario,
+    gate: Gate,
     node: Node<ipc::Service>,
     stop: StopFlag,
 }
@@ -43,13 +44,14 @@ impl Member {
         set_process_name(&part.node_name());
         let domain = Domain::join(&args.domain)?;
         let scenario = Scenario::resolved(&domain.scenario_text()?)?;
+        let gate = domain.gate()?;
         let node = create_node(&domain, &part.node_name())?;
         let stop = StopFlag::on_signals()?;
         if args.launcher.is_none() {
             let domain = domain.clone();
             stop.set_unless(move || domain.has_launcher())?;
         }
-        Ok(Self { part, domain, scenario, node, stop })
+        Ok(Self { part, domain, scenario, gate, node, stop })
     }
 
     /// Which process of the run it is.
@@ -72,6 +74,11 @@ impl Member {
         &self.node
     }
 
+    /// What this process needs to use boards.
+    pub fn boards(&self) -> BoardAccess<'_> {
+        BoardAccess { node: &self.node, gate: &self.gate }
+    }
+
     /// Set once this process is asked to stop.
     pub fn stop(&self) -> &StopFlag {
         &self.stop
@@ -81,7 +88,7 @@ impl Member {
     ///
     /// Fails if another process that still runs is ready as the same part.
     pub fn announce_ready(&self) -> Result<Gate, BusError> {
-        let mut gate = self.domain.gate()?;
+        let mut gate = self.gate.clone();
         if let Some(other) = gate.ready_process(self.part).filter(|pid| is_running(*pid)) {
             let problem = format!("process {other} already is the {} of this run", self.part);
             return Err(BusError::Domain { id: self.domain.id().to_string(), problem });

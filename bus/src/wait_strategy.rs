@@ -10,7 +10,7 @@ use rustix::{
 use std::{
     hint::spin_loop,
     thread::{available_parallelism, yield_now},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// Decides for each wait whether to yield before sleeping, from what yielding brought in the last ones.
@@ -22,8 +22,15 @@ pub struct WaitStrategy(Kind);
 
 #[derive(Debug)]
 enum Kind {
-    /// Yields up to `yields` times, then sleeps.
-    Yielding { yields: u32, waits_until_retry: u32 },
+    /// Yields for a while, then sleeps.
+    Yielding {
+        /// A yield that takes longer has cost a time slice.
+        long_yield_ns: u64,
+        /// Before this time, sleep at once: yielding does not pay.
+        sleeps_until_ns: u64,
+        /// How long to sleep at once after the next yield that costs a time slice.
+        pause_ns: u64,
+    },
     /// Sleeps, but yields around the time when the end of the wait is due.
     Timed { waits_until_retry: u32, retry_after: u32 },
     /// Never sleeps.
@@ -50,21 +57,31 @@ impl Due {
     }
 }
 
-/// Yields per wait before falling back to a futex. More only burn CPU: what has not come by then waits for a sleeping
-/// process. Fewer fall asleep during waits that are almost over.
-const YIELDS_MAX: u32 = 20;
-/// After how many waits a yielding process that gave up yielding tries again. With more, it notices later that yields
-/// pay again; with fewer, it gives time slices away more often.
-const YIELDING_RETRY_WAITS: u32 = 256;
+/// Yields per wait before falling back to a futex, at least. With fewer, a process in a crowd falls asleep although the
+/// others are about to have their turn; more keep it awake during waits that are long anyway.
+const YIELDS_MIN: u32 = 20;
+/// How long a process yields before falling back to a futex, at least. A shorter time lets a process on an idle core,
+/// where a yield returns at once, fall asleep before its partner on the other core can have answered; then each of the
+/// two waits for the other to wake up. A longer time burns CPU in long waits.
+const YIELDING_MIN_NS: u64 = 100_000;
+/// How long a process sleeps at once after a yield that cost a time slice. The time doubles with each further such
+/// yield. A longer time makes a single disturbance slow down more ticks; a shorter one gives more slices away.
+const PAUSE_MIN_NS: u64 = 1_000_000;
+/// Where the doubling ends. With more, a process notices later that a lasting disturbance is over; with less, it keeps
+/// giving slices away to a busy foreign process.
+const PAUSE_MAX_NS: u64 = 256_000_000;
 /// After how many waits a timed process stands by again, the first time that it cost a time slice. The number doubles
 /// with each further time. More lose punctuality after one disturbance; fewer keep paying for a lasting one.
 const TIMED_RETRY_WAITS_MIN: u32 = 8;
 /// Where the doubling ends. With more, a process notices only minutes later that a disturbance is over; with fewer, it
 /// keeps paying for a lasting one.
 const TIMED_RETRY_WAITS_MAX: u32 = 4096;
-/// A yield that takes at least this long has run another process's time slice. A smaller value mistakes ordinary
-/// hand-overs for time slices; a larger one misses short time slices.
-const LONG_YIELD: Duration = Duration::from_micros(500);
+/// A yield that takes at least this long has run another process's time slice, where no other process of the run shares
+/// the core. A smaller value mistakes ordinary hand-overs for time slices; a larger one misses short time slices.
+const LONG_YIELD_NS: u64 = 500_000;
+/// How much longer a yield may take for each process of the run that shares the core: all of them may have their turn
+/// before it returns. A smaller value makes a crowd take its own work for a disturbance, and fall asleep.
+const TURN_NS: u64 = 40_000;
 /// How often a spinning process checks between two yields. More see a change sooner on a core of its own; fewer waste
 /// less where processes share one.
 const CHECKS_PER_YIELD: u32 = 100;
@@ -73,9 +90,10 @@ const CHECKS_PER_YIELD: u32 = 100;
 const YIELDS_PER_SPIN: u32 = 100;
 
 impl WaitStrategy {
-    /// For waits that end within microseconds, as in lockstep: yields first, then sleeps.
-    pub fn yielding() -> Self {
-        Self(Kind::Yielding { yields: YIELDS_MAX, waits_until_retry: 0 })
+    /// For waits that end within microseconds, as in lockstep, in a run of `processes`: yields first, then sleeps.
+    pub fn yielding(processes: u32) -> Self {
+        let long_yield_ns = LONG_YIELD_NS + TURN_NS * u64::from(processes_per_core(processes));
+        Self(Kind::Yielding { long_yield_ns, sleeps_until_ns: 0, pause_ns: PAUSE_MIN_NS })
     }
 
     /// For waits until a time that is known, as in real time: sleeps, and is awake around that time.
@@ -102,20 +120,21 @@ impl WaitStrategy {
             return true;
         }
         match &mut self.0 {
-            Kind::Yielding { yields, waits_until_retry } => {
-                if *yields == 0 {
-                    *waits_until_retry -= 1;
-                    if *waits_until_retry > 0 {
-                        return false;
-                    }
-                    *yields = YIELDS_MAX;
+            Kind::Yielding { long_yield_ns, sleeps_until_ns, pause_ns } => {
+                let start_ns = monotonic_ns();
+                if start_ns < *sleeps_until_ns {
+                    return false;
                 }
-                // Halve the yields each time that they do not pay: after a few such waits none are left.
-                let outcome = yield_until(*yields, &condition);
-                let paid = outcome == YieldOutcome::Held;
-                *yields = if paid { (*yields * 2).min(YIELDS_MAX) } else { *yields / 2 };
-                *waits_until_retry = YIELDING_RETRY_WAITS;
-                outcome != YieldOutcome::NotHeld
+                let outcome = yield_until(start_ns, *long_yield_ns, &condition);
+                // A wait that was merely long says nothing about the next one. Only a lost time slice does: sleep until
+                // the disturbance is likely to be over.
+                if outcome.lost_slice {
+                    *sleeps_until_ns = monotonic_ns() + *pause_ns;
+                    *pause_ns = (*pause_ns * 2).min(PAUSE_MAX_NS);
+                } else if outcome.held {
+                    *pause_ns = PAUSE_MIN_NS;
+                }
+                outcome.held
             }
             Kind::Timed { .. } => false,
             Kind::Spinning => spin_until(condition),
@@ -142,7 +161,7 @@ impl WaitStrategy {
         while !condition() && due.until_stand_by(now_ns).is_zero() {
             yield_now();
             let then_ns = std::mem::replace(&mut now_ns, monotonic_ns());
-            if now_ns - then_ns > LONG_YIELD.as_nanos() as u64 {
+            if now_ns - then_ns > LONG_YIELD_NS {
                 *waits_until_retry = *retry_after;
                 *retry_after = (*retry_after * 2).min(TIMED_RETRY_WAITS_MAX);
                 return;
@@ -178,27 +197,28 @@ pub fn processes_per_core(processes: u32) -> u32 {
 
 /// What yielding for a condition brought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum YieldOutcome {
-    /// The condition held soon: yielding paid.
-    Held,
-    /// It held, but the yields took a time slice or more.
-    HeldLate,
-    /// It did not hold.
-    NotHeld,
+struct YieldOutcome {
+    /// Whether the condition holds.
+    held: bool,
+    /// Whether a yield cost a time slice.
+    lost_slice: bool,
 }
 
-/// Yields at most `yields` times, until `condition` holds.
-fn yield_until(yields: u32, condition: impl Fn() -> bool) -> YieldOutcome {
-    let start = Instant::now();
-    let yield_and_check = |_| {
+/// Yields until `condition` holds, a yield takes `long_yield_ns`, or it is time to sleep. It is `start_ns` now.
+fn yield_until(start_ns: u64, long_yield_ns: u64, condition: impl Fn() -> bool) -> YieldOutcome {
+    let mut before_ns = start_ns;
+    for yields in 1.. {
         yield_now();
-        condition()
-    };
-    match (0..yields).any(yield_and_check) {
-        false => YieldOutcome::NotHeld,
-        true if start.elapsed() < LONG_YIELD => YieldOutcome::Held,
-        true => YieldOutcome::HeldLate,
+        let held = condition();
+        let now_ns = monotonic_ns();
+        let lost_slice = now_ns - before_ns >= long_yield_ns;
+        let is_enough = yields >= YIELDS_MIN && now_ns - start_ns >= YIELDING_MIN_NS;
+        if held || lost_slice || is_enough {
+            return YieldOutcome { held, lost_slice };
+        }
+        before_ns = now_ns;
     }
+    unreachable!("the loop has no end")
 }
 
 /// Checks `condition` for a bounded number of times; returns whether it held.
@@ -225,24 +245,62 @@ fn sleep_until(time: Duration) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Instant;
 
-    fn yields(strategy: &WaitStrategy) -> u32 {
-        let Kind::Yielding { yields, .. } = strategy.0 else { panic!("{strategy:?} does not yield") };
-        yields
+    /// Takes so long that a yield around it counts as a lost time slice.
+    fn steal() -> bool {
+        std::thread::sleep(Duration::from_nanos(2 * (LONG_YIELD_NS + TURN_NS)));
+        false
+    }
+
+    fn pause_ns(strategy: &WaitStrategy) -> u64 {
+        let Kind::Yielding { pause_ns, .. } = strategy.0 else { panic!("{strategy:?} does not yield") };
+        pause_ns
     }
 
     #[test]
-    fn yielding_ends_while_it_does_not_pay_and_is_tried_again_later() {
-        let mut strategy = WaitStrategy::yielding();
+    fn a_long_wait_does_not_keep_the_next_one_from_yielding() {
+        let mut strategy = WaitStrategy::yielding(1);
         for _ in 0..10 {
-            assert!(!strategy.yield_until(|| false));
+            let checks = std::cell::Cell::new(0_u32);
+            let is_over = || {
+                checks.set(checks.get() + 1);
+                false
+            };
+            assert!(!strategy.yield_until(is_over));
+            let was_disturbed = pause_ns(&strategy) > PAUSE_MIN_NS;
+            assert!(checks.get() > YIELDS_MIN || was_disturbed, "{} checks", checks.get());
         }
-        assert_eq!(yields(&strategy), 0);
-        let is_tried_again = (0..YIELDING_RETRY_WAITS).any(|_| {
-            strategy.yield_until(|| false);
-            yields(&strategy) > 0
-        });
-        assert!(is_tried_again);
+    }
+
+    #[test]
+    fn a_lost_time_slice_lets_a_process_sleep_at_once_for_twice_as_long_each_time() {
+        let mut strategy = WaitStrategy::yielding(1);
+        for pause in [2, 4, 8].map(|factor| factor * PAUSE_MIN_NS) {
+            while pause_ns(&strategy) < pause {
+                strategy.yield_until(steal);
+            }
+            assert!(pause_ns(&strategy) >= pause);
+            let checks = std::cell::Cell::new(0);
+            assert!(!strategy.yield_until(|| checks.replace(checks.get() + 1) > 9));
+            assert_eq!(checks.get(), 1, "it yielded at once");
+        }
+    }
+
+    #[test]
+    fn a_process_yields_again_within_milliseconds_of_a_disturbance() {
+        let mut strategy = WaitStrategy::yielding(1);
+        strategy.yield_until(steal);
+        let since = Instant::now();
+        let checks = || std::cell::Cell::new(0);
+        loop {
+            let checks = checks();
+            if strategy.yield_until(|| checks.replace(checks.get() + 1) > 0) {
+                break;
+            }
+            assert!(since.elapsed() < Duration::from_secs(10), "it never yields again");
+        }
+        assert_eq!(pause_ns(&strategy), PAUSE_MIN_NS);
     }
 
     #[test]
@@ -280,10 +338,6 @@ mod tests {
     fn a_timed_process_sleeps_while_yields_give_time_slices_away() {
         let mut strategy = WaitStrategy::timed();
         let due = || Due { at_ns: monotonic_ns(), lead_ns: 1_000_000_000 };
-        let steal = || {
-            std::thread::sleep(2 * LONG_YIELD);
-            false
-        };
         let waits_slept_through = |strategy: &mut WaitStrategy| {
             (0..2 * TIMED_RETRY_WAITS_MAX)
                 .take_while(|_| strategy.stands_by_for(due()) == Due::default())

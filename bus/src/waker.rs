@@ -55,7 +55,10 @@ impl Waker {
         let scenario = member.scenario();
         Ok(match (scenario.ipc.wake, scenario.pace()) {
             (Wake::Gate, Pace::RealTime) => Self::Gate(WaitStrategy::timed()),
-            (Wake::Gate, Pace::Lockstep) => Self::Gate(WaitStrategy::yielding()),
+            (Wake::Gate, Pace::Lockstep) => {
+                // All UAVs, the leader and the world. The recorder sleeps most of the time.
+                Self::Gate(WaitStrategy::yielding(scenario.formation.uavs + 2))
+            }
             (Wake::Spin, _) => Self::Gate(WaitStrategy::spinning()),
             (Wake::Event, _) => Self::Events(Box::new(EventPorts::open(member.node(), notified, awaited)?)),
         })

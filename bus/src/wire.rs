@@ -10,6 +10,13 @@ use ringwing_flight::Payload;
 #[repr(transparent)]
 pub struct Wire<T>(pub T);
 
+/// All bytes zero: what iceoryx2 puts into a header before its sender writes it.
+impl<T: Payload> Default for Wire<T> {
+    fn default() -> Self {
+        Self(T::zeroed())
+    }
+}
+
 // SAFETY: a `Payload` is `Pod`: it has a fixed layout and no pointers, and every bit pattern is a valid value. `Wire`
 // is transparent.
 #[expect(unsafe_code, reason = "in iceoryx2, the promise that a type can be shared is an unsafe trait")]

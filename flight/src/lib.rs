@@ -31,8 +31,9 @@ pub use id::{Part, Tick, UavId};
 pub use motion::{Pose, direction, wrap};
 pub use pace::Pace;
 pub use payload::{
-    Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, LeaderState, LinkCounts,
-    LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming, UavState,
+    Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, JournalEntry, JournalHeader,
+    LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming,
+    UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};

@@ -3,7 +3,7 @@
 //! Never decides where the leader is: the [path](crate::path) does.
 
 use crate::Path;
-use ringwing_bus::{Answerer, BusError, Member, MemberArgs, Publisher, Stamps, monotonic_ns, services};
+use ringwing_bus::{Answerer, BoardWriter, BusError, Member, MemberArgs, Stamps, monotonic_ns, services};
 use ringwing_flight::{LeaderState, Part, Tick};
 
 /// Which run to lead.
@@ -21,39 +21,27 @@ pub fn run(args: &LeaderArgs) -> Result<(), BusError> {
     let mut answerer = Answerer::join(&member)?;
     while let Some(tick) = answerer.next_tick()? {
         let woke_ns = monotonic_ns();
-        if answerer.is_new() {
-            leader.repeat_before(tick, woke_ns)?;
-        }
-        leader.publish(tick, woke_ns)?;
-        answerer.answer_as_leader(tick)?;
+        leader.post(tick, woke_ns);
+        answerer.answer(tick)?;
     }
     Ok(())
 }
 
 struct Leader {
     path: Path,
-    publisher: Publisher<LeaderState>,
+    board: BoardWriter<LeaderState>,
 }
 
 impl Leader {
     fn open(member: &Member) -> Result<Self, BusError> {
         let scenario = member.scenario();
-        let publisher = services::leader(scenario.formation.uavs).publisher(member.node())?;
-        Ok(Self { path: Path::new(scenario), publisher })
+        let board = services::leader(scenario.formation.uavs, scenario.pace()).writer(member.boards())?;
+        Ok(Self { path: Path::new(scenario), board })
     }
 
-    /// Repeats the state of the tick before `tick`: a predecessor may have been killed after it had sent that state to
-    /// some of the agents only.
-    fn repeat_before(&self, tick: Tick, woke_ns: u64) -> Result<(), BusError> {
-        if tick == Tick::APPROACH {
-            return Ok(());
-        }
-        self.publish(Tick(tick.0 - 1), woke_ns)
-    }
-
-    fn publish(&self, tick: Tick, woke_ns: u64) -> Result<(), BusError> {
+    fn post(&self, tick: Tick, woke_ns: u64) {
         // The leader reads nothing between waking and sending.
         let stamps = Stamps { woke_ns, read_ns: woke_ns, sent_ns: monotonic_ns(), sending_ns: 0 };
-        self.publisher.send(self.path.at(tick), stamps)
+        self.board.post(tick, self.path.at(tick), stamps);
     }
 }

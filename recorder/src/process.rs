@@ -94,11 +94,10 @@ impl RecordingLoop {
             batch = gate.wait_for_batch(batch, LONGEST_WAIT);
             // Ask before fetching, so that everything sent until now is fetched.
             let over = gate.is_closed() || member.stop().is_set();
-            let open = gate.tick();
             ports.fetch(&mut self.assembly, &mut self.recording)?;
             if let Some(newest) = self.assembly.newest() {
                 gate.set_recorded(Tick(newest));
-                self.write_before(if over { newest + 1 } else { self.complete_before(open) })?;
+                self.write_before(if over { newest + 1 } else { self.complete_before(newest) })?;
             }
             self.send_progress(ports)?;
             if over {
@@ -110,15 +109,16 @@ impl RecordingLoop {
         }
     }
 
-    /// The first tick of which more samples may come. In real time an agent may be late by a quarter of a second.
-    fn complete_before(&self, open: Option<Tick>) -> i64 {
+    /// The first tick of which more may come, when the `newest` in the journal is this one. In real time an agent may be
+    /// late by a quarter of a second.
+    fn complete_before(&self, newest: i64) -> i64 {
         let patience = if self.real_time { i64::from(self.clock.rate_hz() / 4) } else { 0 };
-        open.map_or(i64::MIN, |tick| tick.0 - patience)
+        newest + 1 - patience
     }
 
     fn write_before(&mut self, end: i64) -> Result<(), RecorderError> {
         while let Some(assembled) = self.assembly.take_before(end) {
-            let Assembled { samples, timing } = &assembled;
+            let Assembled { samples, timing, .. } = &assembled;
             self.frame.refill(samples, self.clock.rate_hz());
             self.recording.observe(&self.frame, timing.as_ref())?;
             self.assembly.recycle(assembled);

@@ -3,11 +3,12 @@
 
 use mcap::{MessageStream, Summary};
 use ringwing_bus::{
-    DomainId, DomainOwner, Gate, MemberArgs, Publisher, Services, Stamps, create_node, report, services,
+    DomainId, DomainOwner, Gate, JournalWriter, MemberArgs, Publisher, Services, Stamps, create_node, report,
+    services,
 };
 use ringwing_flight::{
-    Account, Command, Event, EventMessage, FlightMode, LeaderState, Part, Sensed, SensedObstacle, Tick,
-    TickTiming, TimedEvent, UavId, WorldReport,
+    Account, Command, Event, EventMessage, FlightMode, JournalEntry, JournalHeader, LeaderState, Part,
+    Sensed, SensedObstacle, Tick, TimedEvent, UavId, WorldReport,
 };
 use ringwing_recorder::{RecorderArgs, RecorderError, RecorderReport, run};
 use ringwing_scenario::Scenario;
@@ -22,10 +23,7 @@ const UAVS: u32 = 6;
 /// Plays launcher, world, leader and agents of a formation at rest.
 struct Everybody {
     scenario: Scenario,
-    sensed: Vec<Publisher<Sensed>>,
-    accounts: Vec<Publisher<Account>>,
-    leader: Publisher<LeaderState>,
-    timing: Publisher<TickTiming>,
+    journal: JournalWriter,
     events: Publisher<EventMessage>,
     gate: Gate,
     _services: Services,
@@ -38,12 +36,9 @@ impl Everybody {
         let (owner, gate) = DomainOwner::create(&scenario.to_toml()).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
         Self {
-            _services: Services::create(&node, &scenario).unwrap(),
+            _services: Services::create(&node, &gate, &scenario).unwrap(),
             scenario,
-            sensed: UavId::all(UAVS).map(|uav| services::sensed(uav).publisher(&node).unwrap()).collect(),
-            accounts: UavId::all(UAVS).map(|uav| services::account(uav).publisher(&node).unwrap()).collect(),
-            leader: services::leader(UAVS).publisher(&node).unwrap(),
-            timing: services::timing().publisher(&node).unwrap(),
+            journal: JournalWriter::open(&node, UAVS).unwrap(),
             events: services::world_events().publisher(&node).unwrap(),
             gate,
             owner,
@@ -68,18 +63,23 @@ impl Everybody {
     fn publish(&self, tick: Tick) {
         let formation = self.scenario.formation();
         let centre = [15.0 * tick.seconds(100), 0.0];
-        for uav in UavId::all(UAVS) {
-            let position_m = formation.slot(uav.0, centre.into()).into();
-            self.sensed[uav.index()].send(sensed(tick, uav, position_m), Stamps::now()).unwrap();
-        }
+        let mut header = JournalHeader::of(tick);
+        header.set_leader(&LeaderState {
+            tick,
+            position_m: centre,
+            heading_rad: 0.0,
+            speed_m_s: 15.0,
+            turn_rate_rad_s: 0.0,
+        });
+        let entry = |uav: UavId| {
+            let mut entry = JournalEntry::empty();
+            entry.set_sensed(&sensed(tick, uav, formation.slot(uav.0, centre.into()).into()));
+            entry.set_account(&account(tick, uav));
+            entry
+        };
+        let entries: Vec<JournalEntry> = UavId::all(UAVS).map(entry).collect();
         self.gate.open_tick(tick, UAVS);
-        let leader =
-            LeaderState { tick, position_m: centre, heading_rad: 0.0, speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
-        self.leader.send(leader, Stamps::now()).unwrap();
-        for uav in UavId::all(UAVS) {
-            self.accounts[uav.index()].send(account(tick, uav), Stamps::now()).unwrap();
-        }
-        self.timing.send(TickTiming { tick: tick.0, ..TickTiming::default() }, Stamps::now()).unwrap();
+        self.journal.send(&header, &entries).unwrap();
     }
 
     fn land(&self, last_tick: i64) {

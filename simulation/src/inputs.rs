@@ -4,7 +4,7 @@
 
 use ringwing_agent::reception::{Inputs, Sample, Take};
 use ringwing_flight::{LeaderState, Sensed, Tick, UavId, UavState};
-use std::{collections::VecDeque, convert::Infallible};
+use std::{collections::VecDeque, convert::Infallible, ops::RangeInclusive};
 
 /// Samples kept of each sender. A thawed agent needs the newest two; more are only copied.
 const KEPT: usize = 2;
@@ -29,20 +29,9 @@ impl<T: Sample> Sent<T> {
         self.0.back()
     }
 
-    /// The tick of the newest sample: whoever begins to listen now has missed everything up to it.
-    fn missed(&self) -> Tick {
-        self.newest().map_or(Tick(i64::MIN), Sample::tick)
-    }
-
-    /// Hands over what was sent after `cursor`, which moves along.
-    fn hand_over(&self, cursor: &mut Tick, take: &mut Take<T>) {
-        let seen = *cursor;
-        for sample in self.0.iter().skip_while(|sample| sample.tick() <= seen) {
-            *cursor = sample.tick();
-            if take(sample) {
-                return;
-            }
-        }
+    /// Hands over what was sent in `ticks`.
+    fn hand_over(&self, ticks: &RangeInclusive<Tick>, take: &mut Take<T>) {
+        self.0.iter().filter(|sample| ticks.contains(&sample.tick())).for_each(take);
     }
 }
 
@@ -68,60 +57,44 @@ impl Air {
     }
 }
 
-/// How far one agent has received from each sender: the tick of the last sample handed over.
-#[derive(Debug, Clone)]
-pub(crate) struct Cursors {
-    sensed: Tick,
-    leader: Tick,
-    /// Only those UAVs that it listens to: few, so that a search is faster than a map.
-    states: Vec<(UavId, Tick)>,
-}
-
-impl Cursors {
-    /// Those of an agent of `uav` that starts now and listens to `listened`: it has missed all that was sent before.
-    pub(crate) fn of_newcomer(air: &Air, uav: UavId, listened: &[UavId]) -> Self {
-        let missed = |from: &UavId| (*from, air.states[from.index()].missed());
-        Self {
-            sensed: air.sensed[uav.index()].missed(),
-            leader: air.leader.missed(),
-            states: listened.iter().map(missed).collect(),
-        }
-    }
-}
-
 /// What one agent receives.
 pub(crate) struct AgentInputs<'a> {
     pub(crate) uav: UavId,
     pub(crate) air: &'a Air,
-    pub(crate) cursors: &'a mut Cursors,
 }
 
 impl Inputs for AgentInputs<'_> {
     type Error = Infallible;
 
-    fn sensed(&mut self, take: &mut Take<Sensed>) -> Result<(), Infallible> {
-        self.air.sensed[self.uav.index()].hand_over(&mut self.cursors.sensed, take);
+    fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), Infallible> {
+        self.air.sensed[self.uav.index()].hand_over(&ticks, take);
         Ok(())
     }
 
-    fn state(&mut self, from: UavId, take: &mut Take<UavState>) -> Result<(), Infallible> {
-        if let Some((_, cursor)) = self.cursors.states.iter_mut().find(|(uav, _)| *uav == from) {
-            self.air.states[from.index()].hand_over(cursor, take);
-        }
+    fn state(
+        &mut self,
+        from: UavId,
+        ticks: RangeInclusive<Tick>,
+        take: &mut Take<UavState>,
+    ) -> Result<(), Infallible> {
+        self.air.states[from.index()].hand_over(&ticks, take);
         Ok(())
     }
 
-    fn leader(&mut self, take: &mut Take<LeaderState>) -> Result<(), Infallible> {
-        self.air.leader.hand_over(&mut self.cursors.leader, take);
+    fn leader(
+        &mut self,
+        ticks: RangeInclusive<Tick>,
+        take: &mut Take<LeaderState>,
+    ) -> Result<(), Infallible> {
+        self.air.leader.hand_over(&ticks, take);
         Ok(())
     }
 
-    fn open_state(&mut self, from: UavId) -> Result<bool, Infallible> {
-        self.cursors.states.push((from, self.air.states[from.index()].missed()));
-        Ok(true)
+    // All that was sent is in one place, so there is nothing to open or close.
+
+    fn open_state(&mut self, _from: UavId) -> Result<(), Infallible> {
+        Ok(())
     }
 
-    fn close_state(&mut self, from: UavId) {
-        self.cursors.states.retain(|(uav, _)| *uav != from);
-    }
+    fn close_state(&mut self, _from: UavId) {}
 }

@@ -2,7 +2,7 @@
 
 use crate::{
     SimulationError,
-    inputs::{AgentInputs, Air, Cursors},
+    inputs::{AgentInputs, Air},
 };
 use ringwing_agent::UavAgent;
 use ringwing_flight::{
@@ -22,7 +22,6 @@ use std::collections::VecDeque;
 #[derive(Debug, Clone)]
 struct Seat {
     agent: UavAgent,
-    cursors: Cursors,
     state: ProcessState,
     /// The last tick that it answered, or that it has no part in.
     answered: Tick,
@@ -258,8 +257,7 @@ impl Simulation {
     fn newcomer(&self, uav: UavId) -> Seat {
         let mut agent = UavAgent::new(&self.scenario, uav);
         agent.set_faults(&self.link_faults);
-        let cursors = Cursors::of_newcomer(&self.air, uav, agent.listened());
-        Seat { agent, cursors, state: ProcessState::Running, answered: before(self.now()) }
+        Seat { agent, state: ProcessState::Running, answered: before(self.now()) }
     }
 
     fn publish_sensed(&mut self) {
@@ -294,7 +292,7 @@ impl Simulation {
             return;
         }
         seat.answered = tick;
-        let mut inputs = AgentInputs { uav, air, cursors: &mut seat.cursors };
+        let mut inputs = AgentInputs { uav, air };
         let Ok(()) = seat.agent.receive(tick, &mut inputs);
         links.extend(seat.agent.link_counts(tick));
         let answer = seat.agent.fly(tick);

@@ -21,7 +21,7 @@ impl Supervisor<'_> {
     /// Applies the faults that are due, as far as that is possible at this moment.
     pub(super) fn apply_faults(&mut self) -> Result<(), LaunchError> {
         self.log_announcements()?;
-        self.janitor.on_tick(self.gate.tick());
+        self.janitor.on_tick(self.gate.tick(), self.gate.recorded());
         let Some(now) = self.fault_tick() else { return Ok(()) };
         self.decide_requests(now)?;
         // One batch at a time. While a batch has not taken effect, return, and come back after the next notice.

@@ -4,7 +4,7 @@
 //! creator was killed before it had given the segment its size, so the sweeper removes those segments.
 //!
 //! Must never touch what a living process uses. Must never touch the last samples of a process that a fault ended
-//! while others still read them.
+//! before the recorder has read them: the log of a flight must not depend on how soon the cleaner comes.
 
 use super::LaunchError;
 use iceoryx2::{node::Node, prelude::ipc};
@@ -26,16 +26,19 @@ const SWEEP_PAUSE: Duration = Duration::from_millis(50);
 /// Sweeps after a process has ended, which take one second in total. Fewer may end before an abandoned segment is old
 /// enough to be removed; more list `/dev/shm` for nothing.
 const SWEEPS_PER_END: u32 = 20;
-/// Ticks from a planned end until its remains are removed. With fewer, a slow reader loses samples that it would get
-/// without the fault; more only keep the remains in memory for longer.
-const READ_BY_ALL_TICKS: i64 = 3;
+/// How long after a planned end its remains stay at most if the recorder has not read what the process sent last. With
+/// less, a slow recorder loses counts of links that it would get without the fault; with more, dead processes take up
+/// more places in the services.
+const KEPT_FOR_RECORDER_S: u32 = 1;
 
 /// The two cleaning threads of a run.
 pub(super) struct Janitor {
     sweeper: Worker,
     cleaner: Worker,
-    /// From this tick on the remains of a planned end may be removed.
-    clean_from: Option<Tick>,
+    /// The last tick of a process whose planned end left remains.
+    ended_at: Option<Tick>,
+    /// How many ticks later the remains are removed, whoever still needs them.
+    kept_ticks: i64,
 }
 
 /// A thread that does rounds of cleaning when it is told to.
@@ -71,8 +74,8 @@ impl Worker {
 }
 
 impl Janitor {
-    /// Starts both threads for `domain`.
-    pub(super) fn start(domain: &Domain) -> Result<Self, LaunchError> {
+    /// Starts both threads for `domain`, whose world opens `rate_hz` ticks a second.
+    pub(super) fn start(domain: &Domain, rate_hz: u32) -> Result<Self, LaunchError> {
         let place = domain.clone();
         let sweeper =
             Worker::start("sweeper", move |rounds, is_stopping| sweep(&place, rounds, is_stopping))?;
@@ -87,7 +90,8 @@ impl Janitor {
             })?;
         // A cleaner that sends nothing has panicked, and the run can do without one.
         is_open.recv().unwrap_or(Ok(()))?;
-        Ok(Self { sweeper, cleaner, clean_from: None })
+        let kept_ticks = i64::from(rate_hz * KEPT_FOR_RECORDER_S);
+        Ok(Self { sweeper, cleaner, ended_at: None, kept_ticks })
     }
 
     /// Removes the remains of dead processes, in the background.
@@ -96,15 +100,17 @@ impl Janitor {
         self.cleaner.order(1);
     }
 
-    /// Removes the remains of dead processes later, once everybody has read what was sent until `now`.
+    /// Removes the remains of dead processes later, once the recorder has read what was sent until `now`.
     pub(super) fn clean_later(&mut self, now: Option<Tick>) {
-        self.clean_from = now.map(|now| Tick(now.0 + READ_BY_ALL_TICKS));
+        self.ended_at = now;
     }
 
-    /// Does a delayed removal that is due at tick `now`. Without a tick the flight is over, and nobody reads any more.
-    pub(super) fn on_tick(&mut self, now: Option<Tick>) {
-        if self.clean_from.is_some_and(|from| now.is_none_or(|now| now >= from)) {
-            self.clean_from = None;
+    /// Does a delayed removal that is due at tick `now`, when the recorder has read the ticks up to `recorded`. Without a
+    /// tick the flight is over, and nobody reads any more.
+    pub(super) fn on_tick(&mut self, now: Option<Tick>, recorded: Tick) {
+        let Some(ended_at) = self.ended_at else { return };
+        if recorded >= ended_at || now.is_none_or(|now| now.since(ended_at) > self.kept_ticks) {
+            self.ended_at = None;
             self.clean();
         }
     }

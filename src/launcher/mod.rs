@@ -121,8 +121,8 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let (owner, gate) = DomainOwner::create(&resolved)?;
     let folder = make_folder(plan, owner.domain(), &resolved)?;
     let node = create_node(owner.domain(), "launcher")?;
-    let _services = Services::create(&node, &plan.scenario)?;
-    let ports = LauncherPorts::open(&node)?;
+    let services = Services::create(&node, &gate, &plan.scenario)?;
+    let ports = LauncherPorts::open(node, services)?;
     Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)
 }
 

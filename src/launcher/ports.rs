@@ -1,11 +1,11 @@
 //! The launcher's ends of the services: it publishes which processes run and what happens to them, and receives what
-//! the world and the recorder report for the user.
+//! the world and the recorder report for the user. It also owns all services of the run.
 //!
-//! Must never open a service of the tick path.
+//! Must never read or write a board of the tick path.
 
 use iceoryx2::{node::Node, prelude::ipc};
-use ringwing_bus::{BusError, Publisher, Subscriber, services};
-use ringwing_flight::{EventMessage, FormationError, Roster};
+use ringwing_bus::{BusError, Gate, Publisher, Services, Subscriber, services};
+use ringwing_flight::{EventMessage, FormationError, Part, Roster};
 
 /// The launcher's ports.
 pub(super) struct LauncherPorts {
@@ -17,16 +17,25 @@ pub(super) struct LauncherPorts {
     pub(super) world_events: Subscriber<EventMessage>,
     /// How far the swarm is from its formation, from the recorder.
     pub(super) formation_error: Subscriber<FormationError>,
+    services: Services,
+    node: Node<ipc::Service>,
 }
 
 impl LauncherPorts {
-    /// Opens all ports; the services must exist.
-    pub(super) fn open(node: &Node<ipc::Service>) -> Result<Self, BusError> {
+    /// Opens all ports of the run, whose `services` were created with `node`.
+    pub(super) fn open(node: Node<ipc::Service>, services: Services) -> Result<Self, BusError> {
         Ok(Self {
-            roster: services::roster().publisher(node)?,
-            events: services::launcher_events().publisher(node)?,
-            world_events: services::world_events().subscriber(node, services::RECORDER_DEPTH)?,
-            formation_error: services::formation_error().subscriber(node, 1)?,
+            roster: services::roster().publisher(&node)?,
+            events: services::launcher_events().publisher(&node)?,
+            world_events: services::world_events().subscriber(&node, services::RECORDER_DEPTH)?,
+            formation_error: services::formation_error().subscriber(&node, 1)?,
+            services,
+            node,
         })
+    }
+
+    /// Prepares the services for the next process of `part`, after its last one has ended.
+    pub(super) fn renew(&mut self, gate: &Gate, part: Part) -> Result<(), BusError> {
+        self.services.renew(&self.node, gate, part)
     }
 }

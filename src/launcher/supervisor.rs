@@ -88,7 +88,7 @@ impl<'a> Supervisor<'a> {
             gate,
             ports,
             inbox,
-            janitor: Janitor::start(domain)?,
+            janitor: Janitor::start(domain, scenario.time.rate_hz)?,
             spawner: Spawner::new(plan, domain.id(), log),
             processes: ProcessTable::new(scenario.formation.uavs, limits(scenario), is_by_hand),
             faults: FaultQueue::new(scenario),
@@ -227,6 +227,10 @@ impl<'a> Supervisor<'a> {
             ProcessChange::Continued => self.report(part, Input::Continued),
             ProcessChange::Ended(end) => {
                 self.gate.set_ready_process(part, None);
+                // Whoever takes this part next, spawned or started by hand, finds its services ready.
+                if self.stage() != RunStage::Over {
+                    self.ports.renew(&self.gate, part)?;
+                }
                 self.report(part, Input::Ended(end))
             }
         }

@@ -4,10 +4,12 @@
 #![expect(clippy::unwrap_used, reason = "what fails here fails the test")]
 
 use ringwing_bus::{
-    BusError, DomainOwner, Gate, MemberArgs, NoProbe, Publisher, Services, Stamps, create_node, report,
-    services,
+    BoardAccess, BoardWriter, BusError, DomainOwner, Gate, JournalReader, MemberArgs, NoProbe, Publisher,
+    Services, Stamps, Wire, create_node, report, services,
 };
-use ringwing_flight::{Command, Part, Roster, Tick, UavId, WorldReport};
+use ringwing_flight::{
+    Account, Command, JournalEntry, JournalHeader, LeaderState, Pace, Part, Roster, Tick, UavId, WorldReport,
+};
 use ringwing_scenario::{Scenario, start};
 use ringwing_world::{Airspace, WorldArgs, run};
 use std::{
@@ -20,7 +22,10 @@ const UAVS: u32 = 3;
 /// Plays launcher, leader and agents, and flies the airspace beside the process.
 struct Everybody {
     airspace: Airspace,
-    commands: Vec<Publisher<Command>>,
+    commands: Vec<BoardWriter<Command>>,
+    accounts: Vec<BoardWriter<Account>>,
+    leader: BoardWriter<LeaderState>,
+    journal: JournalReader,
     rosters: Publisher<Roster>,
     roster: Roster,
     gate: Gate,
@@ -36,11 +41,23 @@ impl Everybody {
         let scenario = Scenario::resolved(&text).unwrap();
         let (owner, gate) = DomainOwner::create(&text).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
-        let held = Services::create(&node, &scenario).unwrap();
+        let held = Services::create(&node, &gate, &scenario).unwrap();
+        let boards = BoardAccess { node: &node, gate: &gate };
+        let commands: Vec<_> = UavId::all(UAVS)
+            .map(|uav| services::command(uav, Pace::Lockstep).writer(boards).unwrap())
+            .collect();
+        let accounts = UavId::all(UAVS)
+            .zip(&commands)
+            .map(|(uav, command)| command.beside(&services::account(uav, Pace::Lockstep)).unwrap())
+            .collect();
+        let leader = services::leader(UAVS, Pace::Lockstep).writer(boards).unwrap();
         let args = WorldArgs { member: MemberArgs { domain: owner.domain().id().clone(), launcher: None } };
         let mut everybody = Self {
             airspace: Airspace::new(&scenario, &start::states(&scenario).unwrap()),
-            commands: UavId::all(UAVS).map(|uav| services::command(uav).publisher(&node).unwrap()).collect(),
+            commands,
+            accounts,
+            leader,
+            journal: JournalReader::open(&node).unwrap(),
             rosters: services::roster().publisher(&node).unwrap(),
             roster: Roster::empty(),
             gate,
@@ -73,13 +90,22 @@ impl Everybody {
 
     /// Sends a command to the world's process and to the airspace.
     fn command(&mut self, command: Command) {
-        self.commands[command.uav.index()].send(command, Stamps::now()).unwrap();
+        if command.withheld == 0 {
+            let account = Account::without_leader(&command);
+            self.accounts[command.uav.index()].post(command.tick, account, Stamps::now());
+        }
+        self.commands[command.uav.index()].post(command.tick, command, Stamps::now());
         let _ = self.airspace.take(command.uav, &command);
     }
 
     fn answer(&mut self, command: Command) {
         self.command(command);
         self.gate.answer(Part::Agent(command.uav), command.tick);
+    }
+
+    fn lead(&mut self, tick: Tick) {
+        self.leader.post(tick, leader_state(tick), Stamps::now());
+        self.gate.answer(Part::Leader, tick);
     }
 
     /// Ends the tick in the airspace; the process does so once all have answered.
@@ -97,7 +123,7 @@ impl Everybody {
             for uav in uavs {
                 self.answer(decide(now, UavId(*uav)));
             }
-            self.gate.answer_as_leader(now);
+            self.lead(now);
             self.end_tick();
         }
     }
@@ -108,7 +134,7 @@ impl Everybody {
         for uav in UavId::all(UAVS) {
             self.answer(turn(last, uav));
         }
-        self.gate.answer_as_leader(last);
+        self.lead(last);
         self.end_tick();
     }
 
@@ -124,6 +150,16 @@ impl Everybody {
 fn turn(tick: Tick, uav: UavId) -> Command {
     let turn_rate_rad_s = 0.01 * f64::from(uav.0) + 1e-4 * tick.0 as f64;
     Command { tick, speed_m_s: 16.0, turn_rate_rad_s, uav, withheld: 0 }
+}
+
+fn leader_state(tick: Tick) -> LeaderState {
+    LeaderState {
+        tick,
+        position_m: [tick.0 as f64, 0.0],
+        heading_rad: 0.0,
+        speed_m_s: 15.0,
+        turn_rate_rad_s: 0.0,
+    }
 }
 
 fn wait_until(what: &str, condition: impl Fn() -> bool) {
@@ -181,7 +217,7 @@ fn the_world_waits_for_the_agent_of_a_vanished_uav_that_withholds_its_commands()
     for uav in [1, 2].map(UavId) {
         everybody.answer(turn(now, uav));
     }
-    everybody.gate.answer_as_leader(now);
+    everybody.lead(now);
     thread::sleep(Duration::from_millis(5));
     assert_eq!(everybody.gate.tick(), Some(now), "one agent has not answered yet");
     everybody.answer(Command::withheld(now, UavId(3)));
@@ -190,4 +226,42 @@ fn the_world_waits_for_the_agent_of_a_vanished_uav_that_withholds_its_commands()
     everybody.fly_last_tick();
     assert_eq!(everybody.airspace.report().failsafes, 1);
     everybody.assert_same_report();
+}
+
+#[test]
+fn the_journal_has_every_tick_with_what_was_sent_and_what_came_back() {
+    let mut everybody = Everybody::new("time.duration_s = 0.3");
+    everybody.gate.set_ready_process(Part::Recorder, Some(1));
+    everybody.change_roster(|roster| roster.free_before = Tick(10));
+    everybody.fly(10, &[1, 2, 3], turn);
+    wait_until("the world holds tick 10", || everybody.gate.held() == Some(Tick(10)));
+    everybody.change_roster(|roster| {
+        roster.set(UavId(3), false);
+        roster.free_before = Tick(i64::MAX);
+    });
+    everybody.fly(30, &[1, 2], turn);
+    let last = everybody.await_tick();
+    [1, 2].map(UavId).into_iter().for_each(|uav| everybody.answer(turn(last, uav)));
+    everybody.lead(last);
+    everybody.end_tick();
+    everybody.assert_same_report();
+
+    let (mut ticks, mut accounts) = (Vec::new(), [0; 3]);
+    let take = |header: &JournalHeader, entries: &[Wire<JournalEntry>]| {
+        ticks.push(header.tick().0);
+        assert_eq!(header.leader(), Some(&leader_state(header.tick())));
+        for (uav, entry) in UavId::all(UAVS).zip(entries) {
+            let sensed = entry.0.sensed().unwrap();
+            assert_eq!((sensed.tick, sensed.uav), (header.tick(), uav));
+            if let Some(account) = entry.0.account() {
+                assert_eq!((account.tick, account.uav), (header.tick(), uav));
+                accounts[uav.index()] += 1;
+            }
+        }
+    };
+    everybody.journal.drain(take).unwrap();
+    // Whether the first ticks are in it depends on when the recorder came.
+    assert_eq!(ticks, (30 - ticks.len() as i64 + 1..=30).collect::<Vec<_>>());
+    assert!(ticks[0] < 10, "{ticks:?}");
+    assert_eq!(accounts, [ticks.len(), ticks.len(), ticks.iter().filter(|tick| **tick < 10).count()]);
 }

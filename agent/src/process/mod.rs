@@ -53,7 +53,7 @@ pub fn run(args: &AgentArgs) -> Result<(), AgentError> {
         if let Some(changed) = faults.changed_link_faults(answerer.gate())? {
             agent.set_faults(&changed);
         }
-        ports.receive(&mut agent, answerer.gate(), tick)?;
+        ports.receive(&mut agent, tick)?;
         let read_ns = monotonic_ns();
         faults.delay_answer(tick);
         ports.send_link_counts(agent.link_counts(tick))?;

@@ -7,32 +7,24 @@ use crate::{
     reception::{Inputs, Take},
     uav_agent::Answer,
 };
-use ringwing_bus::{Ballast, BusError, Gate, Member, Publisher, Stamps, Subscriber, monotonic_ns, services};
-use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Pace, Part, Sensed, Tick, UavId, UavState};
-use std::{
-    thread,
-    time::{Duration, Instant},
+use ringwing_bus::{
+    Ballast, BoardReader, BoardWriter, BusError, Gate, Member, Publisher, Stamps, monotonic_ns, services,
 };
-
-/// Sleep between two polls for a lost leader state. Longer delays the tick after a leader's restart; shorter burns CPU.
-const POLL_INTERVAL: Duration = Duration::from_micros(200);
+use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
+use std::ops::RangeInclusive;
 
 /// An agent's ends of the services.
 pub(super) struct AgentPorts<'m> {
     member: &'m Member,
     inputs: InputPorts<'m>,
-    state: Publisher<UavState>,
-    command: Publisher<Command>,
-    account: Publisher<Account>,
+    state: BoardWriter<UavState>,
+    command: BoardWriter<Command>,
+    account: BoardWriter<Account>,
     /// Opened for the first counts: most runs have no link faults.
     link_counts: Option<Publisher<LinkCounts>>,
     /// Bytes that benchmarks carry besides the messages.
     ballast: Option<Ballast>,
     uavs: u32,
-    /// The last tick in which samples were received.
-    received: Option<Tick>,
-    /// How long to wait for a leader state that was lost with its leader.
-    lost_with_leader_limit: Duration,
     /// How long it took to send the last answer.
     sending_ns: u64,
 }
@@ -40,73 +32,39 @@ pub(super) struct AgentPorts<'m> {
 /// The receiving ends.
 struct InputPorts<'m> {
     member: &'m Member,
-    sensed: Subscriber<Sensed>,
+    pace: Pace,
+    sensed: BoardReader<Sensed>,
     /// One for each UAV that is listened to.
-    states: Vec<(UavId, Subscriber<UavState>)>,
-    leader: Subscriber<LeaderState>,
+    states: Vec<(UavId, BoardReader<UavState>)>,
+    leader: BoardReader<LeaderState>,
 }
 
 impl<'m> AgentPorts<'m> {
     /// Opens all ports of `agent`, the agent of `uav`.
     pub(super) fn open(member: &'m Member, uav: UavId, agent: &UavAgent) -> Result<Self, BusError> {
-        let (node, scenario) = (member.node(), member.scenario());
-        let uavs = scenario.formation.uavs;
-        // In real time nothing waits. In lockstep a replacement has the start timeout to appear; wait twice as long.
-        let limit_s = match scenario.pace() {
-            Pace::RealTime => 0.0,
-            Pace::Lockstep => 2.0 * scenario.supervision.start_timeout_s,
-        };
+        let (boards, scenario) = (member.boards(), member.scenario());
+        let (uavs, pace) = (scenario.formation.uavs, scenario.pace());
         let ballast_bytes = scenario.ipc.payload_bytes;
+        let ballast = || Ballast::of_agent(member.node(), uav, ballast_bytes);
+        let command = services::command(uav, pace).writer(boards)?;
         Ok(Self {
             member,
             inputs: InputPorts::open(member, uav, uavs, agent.listened())?,
-            state: services::state(uav).publisher(node)?,
-            command: services::command(uav).publisher(node)?,
-            account: services::account(uav).publisher(node)?,
+            state: services::state(uav, pace).writer(boards)?,
+            account: command.beside(&services::account(uav, pace))?,
+            command,
             link_counts: None,
-            ballast: (ballast_bytes > 0).then(|| Ballast::of_agent(node, uav, ballast_bytes)).transpose()?,
+            ballast: (ballast_bytes > 0).then(ballast).transpose()?,
             uavs,
-            received: None,
-            lost_with_leader_limit: Duration::from_secs_f64(limit_s),
             sending_ns: 0,
         })
     }
 
     /// Lets `agent` receive what it can use in `now`.
-    pub(super) fn receive(&mut self, agent: &mut UavAgent, gate: &Gate, now: Tick) -> Result<(), BusError> {
+    pub(super) fn receive(&mut self, agent: &mut UavAgent, now: Tick) -> Result<(), BusError> {
         agent.receive(now, &mut self.inputs)?;
-        self.receive_lost_with_leader(agent, gate, now)?;
         if let Some(ballast) = &self.ballast {
             ballast.receive()?;
-        }
-        Ok(())
-    }
-
-    /// Waits for the leader state of the tick before `now` if the leader sent it and it has not arrived.
-    ///
-    /// When the leader is killed, iceoryx2 drops the samples that a reader has not fetched yet, though other agents
-    /// may have fetched theirs. The leader's replacement sends that state again. Waiting for it keeps lockstep
-    /// deterministic.
-    fn receive_lost_with_leader(
-        &mut self,
-        agent: &mut UavAgent,
-        gate: &Gate,
-        now: Tick,
-    ) -> Result<(), BusError> {
-        let before = Tick(now.0 - 1);
-        // An agent that did not take part in the tick before ignores what was sent in it.
-        let was_there = self.received.replace(now) == Some(before);
-        let is_missing = |agent: &UavAgent| {
-            let was_sent = || gate.led() >= Some(before) && !gate.is_closed();
-            was_there && agent.newest_leader_arrived() < Some(before) && was_sent()
-        };
-        let since = Instant::now();
-        while is_missing(agent)
-            && since.elapsed() < self.lost_with_leader_limit
-            && !self.member.stop().is_set()
-        {
-            thread::sleep(POLL_INTERVAL);
-            agent.receive_leader(now, &mut self.inputs)?;
         }
         Ok(())
     }
@@ -130,16 +88,15 @@ impl<'m> AgentPorts<'m> {
         if let Some(ballast) = &self.ballast {
             ballast.send(now)?;
         }
-        // The command is sent last, because it may end the tick. The account comes before it, so that the log of a
-        // flight does not depend on when an agent is killed. Without a recorder nobody reads it.
-        let is_recorded = || gate.ready_process(Part::Recorder).is_some();
-        if let Some(account) = answer.account.filter(|_| is_recorded()) {
-            self.account.send(account, stamps)?;
-        }
         if let Some(state) = answer.state {
-            self.state.send(state, stamps)?;
+            self.state.post(now, state, stamps);
         }
-        self.command.send(answer.command, stamps)?;
+        // The command comes last, because the world takes it for the answer to the tick, and with it the account. An
+        // account that nobody records would only cost time.
+        if let Some(account) = answer.account.filter(|_| gate.records()) {
+            self.account.post(now, account, stamps);
+        }
+        self.command.post(now, answer.command, stamps);
         self.sending_ns = monotonic_ns() - sent_ns;
         Ok(())
     }
@@ -160,13 +117,14 @@ impl<'m> AgentPorts<'m> {
 
 impl<'m> InputPorts<'m> {
     fn open(member: &'m Member, uav: UavId, uavs: u32, listened: &[UavId]) -> Result<Self, BusError> {
-        let (node, depth) = (member.node(), services::TICK_DEPTH);
-        let state = |other: &UavId| Ok((*other, services::state(*other).subscriber(node, depth)?));
+        let (boards, pace) = (member.boards(), member.scenario().pace());
+        let state = |other: &UavId| Ok((*other, services::state(*other, pace).reader(boards)?));
         Ok(Self {
             member,
-            sensed: services::sensed(uav).subscriber(node, depth)?,
+            pace,
+            sensed: services::sensed(uav, pace).reader(boards)?,
             states: listened.iter().map(state).collect::<Result<_, BusError>>()?,
-            leader: services::leader(uavs).subscriber(node, depth)?,
+            leader: services::leader(uavs, pace).reader(boards)?,
         })
     }
 }
@@ -174,26 +132,28 @@ impl<'m> InputPorts<'m> {
 impl Inputs for InputPorts<'_> {
     type Error = BusError;
 
-    fn sensed(&mut self, take: &mut Take<Sensed>) -> Result<(), BusError> {
-        self.sensed.drain_until(|sample, _| take(sample))
+    fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), BusError> {
+        self.sensed.read_newest(self.member.boards(), ticks, |sample, _| take(sample))
     }
 
-    fn state(&mut self, from: UavId, take: &mut Take<UavState>) -> Result<(), BusError> {
-        let Some((_, port)) = self.states.iter().find(|(uav, _)| *uav == from) else { return Ok(()) };
-        port.drain_until(|sample, _| take(sample))
+    fn state(
+        &mut self,
+        from: UavId,
+        ticks: RangeInclusive<Tick>,
+        take: &mut Take<UavState>,
+    ) -> Result<(), BusError> {
+        let Some((_, port)) = self.states.iter_mut().find(|(uav, _)| *uav == from) else { return Ok(()) };
+        port.read_newest(self.member.boards(), ticks, |sample, _| take(sample))
     }
 
-    fn leader(&mut self, take: &mut Take<LeaderState>) -> Result<(), BusError> {
-        self.leader.drain_until(|sample, _| take(sample))
+    fn leader(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<LeaderState>) -> Result<(), BusError> {
+        self.leader.read_newest(self.member.boards(), ticks, |sample, _| take(sample))
     }
 
-    /// A service can be full while UAVs disagree on who is alive and too many listen to the same one. Places become
-    /// free as they agree, so a full service is not an error.
-    fn open_state(&mut self, from: UavId) -> Result<bool, BusError> {
-        let port = services::state(from).subscriber_if_free(self.member.node(), services::TICK_DEPTH)?;
-        let is_open = port.is_some();
-        self.states.extend(port.map(|port| (from, port)));
-        Ok(is_open)
+    fn open_state(&mut self, from: UavId) -> Result<(), BusError> {
+        let port = services::state(from, self.pace).reader(self.member.boards())?;
+        self.states.push((from, port));
+        Ok(())
     }
 
     fn close_state(&mut self, from: UavId) {

@@ -18,31 +18,39 @@ pub use sample::Sample;
 
 use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
+use std::ops::RangeInclusive;
 
-/// Takes one sample; returns whether it is the newest that can be used now, so that polling for more is useless.
-pub type Take<'t, T> = dyn FnMut(&T) -> bool + 't;
+/// Takes one sample.
+pub type Take<'t, T> = dyn FnMut(&T) + 't;
 
 /// Where an agent's samples come from.
 ///
-/// A poll hands over the samples that are available from one sender, oldest first and each of them once, until `take`
-/// returns `true` or there are no more. What is left then is handed over by the next poll. Samples of the present
-/// tick may be among them: the agent keeps those until it can use them.
+/// A read hands over the samples of one sender that were sent in the given ticks, oldest first, as far as they have
+/// come and are still kept. It does not change them: the same read may be repeated.
 pub trait Inputs {
     /// Why an input cannot be read.
     type Error;
 
-    /// Polls what the UAV senses of itself and of obstacles.
-    fn sensed(&mut self, take: &mut Take<Sensed>) -> Result<(), Self::Error>;
+    /// Reads what the UAV senses of itself and of obstacles.
+    fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), Self::Error>;
 
-    /// Polls what UAV `from` tells its neighbours.
-    fn state(&mut self, from: UavId, take: &mut Take<UavState>) -> Result<(), Self::Error>;
+    /// Reads what UAV `from` tells its neighbours. Its input is open.
+    fn state(
+        &mut self,
+        from: UavId,
+        ticks: RangeInclusive<Tick>,
+        take: &mut Take<UavState>,
+    ) -> Result<(), Self::Error>;
 
-    /// Polls what the leader sends.
-    fn leader(&mut self, take: &mut Take<LeaderState>) -> Result<(), Self::Error>;
+    /// Reads what the leader sends.
+    fn leader(
+        &mut self,
+        ticks: RangeInclusive<Tick>,
+        take: &mut Take<LeaderState>,
+    ) -> Result<(), Self::Error>;
 
-    /// Starts to listen to `from`, so that what it sends from the next tick on is available. Returns false if that is
-    /// impossible at the moment; the agent then tries again in its next tick.
-    fn open_state(&mut self, from: UavId) -> Result<bool, Self::Error>;
+    /// Starts to listen to `from`, so that what it sends from the next tick on can be read.
+    fn open_state(&mut self, from: UavId) -> Result<(), Self::Error>;
 
     /// Stops listening to `from`.
     fn close_state(&mut self, from: UavId);
@@ -70,10 +78,8 @@ impl LinkSettings {
 #[derive(Debug, Clone)]
 pub struct LinkReceiver<T> {
     is_open: bool,
-    arrivals: Arrivals<T>,
+    arrivals: Arrivals,
     link: ImpairedLink<T>,
-    /// The tick of the newest sample that has arrived, before any fault applies.
-    newest_arrived: Option<Tick>,
 }
 
 impl<T: Sample> LinkReceiver<T> {
@@ -82,7 +88,7 @@ impl<T: Sample> LinkReceiver<T> {
         let mut link = ImpairedLink::new(route, settings.seed, settings.rate_hz);
         link.set_faults(faults);
         let arrivals = Arrivals::new(route.latency_ticks, settings.pace);
-        Self { is_open: true, arrivals, link, newest_arrived: None }
+        Self { is_open: true, arrivals, link }
     }
 
     /// Whether it listens.
@@ -107,35 +113,30 @@ impl<T: Sample> LinkReceiver<T> {
         self.link.set_faults(faults);
     }
 
-    /// Passes on the samples that can be used in `now`. It calls `poll` only if the newest of them has not arrived yet.
+    /// Passes on the samples that can be used in `now`, which it reads with `read`.
     pub fn receive<E>(
         &mut self,
         now: Tick,
-        poll: impl FnOnce(&mut Take<T>) -> Result<(), E>,
+        read: impl FnOnce(RangeInclusive<Tick>, &mut Take<T>) -> Result<(), E>,
         mut take: impl FnMut(&T),
     ) -> Result<(), E> {
         if !self.is_open {
             return Ok(());
         }
-        let Self { arrivals, link, newest_arrived, .. } = self;
+        let Self { arrivals, link, .. } = self;
         // Most links never have a fault. Their samples bypass the impairment, which would copy and sort them.
         let is_clear = link.is_clear();
-        let mut pass = |sample: &T| if is_clear { take(sample) } else { link.offer(*sample) };
-        if !arrivals.begin(now, &mut pass) {
-            poll(&mut |sample| {
-                *newest_arrived = (*newest_arrived).max(Some(sample.tick()));
-                arrivals.sort(sample, &mut pass)
+        let usable = arrivals.usable(now);
+        if !usable.is_empty() {
+            read(usable, &mut |sample| {
+                arrivals.note(sample.tick());
+                if is_clear { take(sample) } else { link.offer(*sample) }
             })?;
         }
         if !is_clear {
             link.deliver(now, |sample| take(&sample));
         }
         Ok(())
-    }
-
-    /// The tick of the newest sample that has arrived, whatever a fault then does to it.
-    pub fn newest_arrived(&self) -> Option<Tick> {
-        self.newest_arrived
     }
 
     /// The link's counts as of `now`; `None` for a link without faults.

@@ -12,42 +12,38 @@ fn receiver(sentences: &[&str]) -> LinkReceiver<UavState> {
     LinkReceiver::new(route, LinkSettings { seed: 1, rate_hz: 100, pace: Pace::Lockstep }, &faults)
 }
 
-/// The ticks of the samples that are used in `now`, when those of `available` can be polled; and how many were polled.
-fn received(receiver: &mut LinkReceiver<UavState>, now: i64, available: &[i64]) -> (Vec<i64>, usize) {
-    let (mut used, mut polled) = (Vec::new(), 0);
-    let poll = |take: &mut Take<UavState>| -> Result<(), Infallible> {
-        for tick in available {
-            polled += 1;
-            if take(&test_state(*tick)) {
-                break;
-            }
-        }
+/// The ticks of the samples that are used in `now`, when those of `kept` can be read; and the ticks that were read.
+fn received(receiver: &mut LinkReceiver<UavState>, now: i64, kept: &[i64]) -> (Vec<i64>, Option<[i64; 2]>) {
+    let (mut used, mut asked) = (Vec::new(), None);
+    let read = |ticks: RangeInclusive<Tick>, take: &mut Take<UavState>| -> Result<(), Infallible> {
+        asked = Some([ticks.start().0, ticks.end().0]);
+        kept.iter().filter(|tick| ticks.contains(&Tick(**tick))).for_each(|tick| take(&test_state(*tick)));
         Ok(())
     };
-    let Ok(()) = receiver.receive(Tick(now), poll, |state| used.push(state.tick.0));
-    (used, polled)
+    let Ok(()) = receiver.receive(Tick(now), read, |state| used.push(state.tick.0));
+    (used, asked)
 }
 
 #[test]
-fn polling_stops_at_the_newest_usable_sample_with_and_without_faults() {
+fn a_tick_uses_the_sample_of_the_tick_before_with_and_without_faults() {
     for sentences in [&[] as &[&str], &["at 9 s link all blackout"]] {
         let mut receiver = receiver(sentences);
-        received(&mut receiver, 0, &[]);
-        assert_eq!(received(&mut receiver, 1, &[0, 1]), (vec![0], 1));
-        assert_eq!(received(&mut receiver, 2, &[2, 1]), (vec![1], 2));
-        assert_eq!(received(&mut receiver, 3, &[3]), (vec![2], 0), "it has arrived before");
+        assert_eq!(received(&mut receiver, 0, &[-1, 0]), (vec![], None), "a newcomer");
+        assert_eq!(received(&mut receiver, 1, &[0, 1]), (vec![0], Some([0, 0])));
+        assert_eq!(received(&mut receiver, 2, &[1, 2]), (vec![1], Some([1, 1])));
+        assert_eq!(received(&mut receiver, 3, &[1]), (vec![], Some([2, 2])), "the sender is silent");
     }
 }
 
 #[test]
-fn a_closed_receiver_polls_nothing_and_is_a_newcomer_when_it_opens_again() {
+fn a_closed_receiver_reads_nothing_and_is_a_newcomer_when_it_opens_again() {
     let mut receiver = receiver(&[]);
     received(&mut receiver, 0, &[0]);
     receiver.close();
-    assert_eq!(received(&mut receiver, 1, &[0, 1]), (vec![], 0));
+    assert_eq!(received(&mut receiver, 1, &[0, 1]), (vec![], None));
     receiver.open();
-    assert_eq!(received(&mut receiver, 2, &[1, 2]), (vec![], 2), "sent before its first tick");
-    assert_eq!(received(&mut receiver, 3, &[3]), (vec![2], 0));
+    assert_eq!(received(&mut receiver, 2, &[1, 2]), (vec![], None), "sent before its first tick");
+    assert_eq!(received(&mut receiver, 3, &[2, 3]), (vec![2], Some([2, 2])));
 }
 
 #[test]
@@ -59,15 +55,6 @@ fn closing_loses_what_is_in_flight_and_keeps_the_counts() {
     receiver.close();
     let counts = receiver.counts(Tick(5)).unwrap();
     assert_eq!((counts.offered, counts.lost, counts.in_flight), (4, 4, 0));
-}
-
-#[test]
-fn a_sample_that_a_fault_loses_has_arrived_all_the_same() {
-    let mut receiver = receiver(&["at 0 s link 2->3 blackout"]);
-    received(&mut receiver, 0, &[]);
-    assert_eq!(receiver.newest_arrived(), None);
-    assert_eq!(received(&mut receiver, 1, &[0]), (vec![], 1));
-    assert_eq!(receiver.newest_arrived(), Some(Tick(0)));
 }
 
 #[test]

@@ -37,7 +37,7 @@ pub(crate) fn run(
     peers.wait_until_ready(&gate)?;
     gate.set_ready_process(Part::World, Some(std::process::id()));
     let to_peers = ToPeers::open(&mut peers, case, domain)?;
-    let mut hub = Hub { case, gate, strategy: wait_strategy(case.load), to_peers };
+    let mut hub = Hub { case, gate, strategy: wait_strategy(case.load, case.uavs + 1), to_peers };
     hub.run(&mut measure)?;
     measure.run_ended(&hub.gate)?;
     hub.end()?;
@@ -63,8 +63,8 @@ pub(crate) fn add_peers(trace: &mut Trace, path: &Path, peers: u32) -> Result<()
     Ok(())
 }
 
-fn wait_strategy(load: Load) -> WaitStrategy {
-    if load == Load::Closed { WaitStrategy::yielding() } else { WaitStrategy::timed() }
+fn wait_strategy(load: Load, processes: u32) -> WaitStrategy {
+    if load == Load::Closed { WaitStrategy::yielding(processes) } else { WaitStrategy::timed() }
 }
 
 struct Hub<'a> {

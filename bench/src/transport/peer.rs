@@ -93,7 +93,11 @@ impl ToHub {
         match args.case.carrier {
             Carrier::Gate | Carrier::Swarm => {
                 let is_closed = args.case.load == Load::Closed;
-                let strategy = if is_closed { WaitStrategy::yielding() } else { WaitStrategy::timed() };
+                let strategy = if is_closed {
+                    WaitStrategy::yielding(args.case.uavs + 1)
+                } else {
+                    WaitStrategy::timed()
+                };
                 Ok(Self::Gate { gate: domain.gate()?, part: args.part(), strategy, seen: None })
             }
             Carrier::Futex | Carrier::Atomic => Self::open_words(args, domain).map_err(failed),

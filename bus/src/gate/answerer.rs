@@ -5,8 +5,8 @@
 use super::{
     Gate,
     layout::{
-        ANSWERS, CLOSED, DUE_AT_NS, DUE_LEAD_NS, EXPECTED, FAULTS, LED, ROUND, SLEEPERS, WORLD_SLEEPS,
-        answered, round_of, tick_of,
+        ANSWERS, CLOSED, DUE_AT_NS, DUE_LEAD_NS, EXPECTED, FAULTS, ROUND, SLEEPERS, WORLD_SLEEPS, answered,
+        round_of, tick_of,
     },
 };
 use crate::{Due, StopFlag, WaitStrategy, futex, monotonic_ns};
@@ -83,12 +83,6 @@ impl Gate {
         if answers >= self.page[EXPECTED].load(SeqCst) && self.page[WORLD_SLEEPS].load(SeqCst) != 0 {
             futex::wake_all(&self.page[ANSWERS]);
         }
-    }
-
-    /// Answers `tick` as the leader, whose state of that tick every subscriber has got.
-    pub fn answer_as_leader(&self, tick: Tick) {
-        self.page[LED].store(round_of(tick), SeqCst);
-        self.answer(Part::Leader, tick);
     }
 
     /// The tick that was open and already answered by all when this process joined. It must not answer that one.

@@ -1,12 +1,14 @@
-//! The launcher's side of the gate: it learns when the world holds, and asks it to end the flight.
+//! The launcher's side of the gate: it learns when the world holds, announces new incarnations of processes, and asks the
+//! world to end the flight.
 //!
 //! Must never open or answer a tick.
 
 use super::{
     Gate,
-    layout::{FAULTS, HOLDS, STOP},
+    layout::{self, FAULTS, HOLDS, STOP},
     wait_for_growth,
 };
+use ringwing_flight::Part;
 use std::{sync::atomic::Ordering::SeqCst, time::Duration};
 
 impl Gate {
@@ -18,6 +20,11 @@ impl Gate {
     /// Announces that `count` faults were added during the run.
     pub fn set_faults(&self, count: u32) {
         self.page[FAULTS].store(count, SeqCst);
+    }
+
+    /// Announces the number of `part`'s newest process, whose boards exist.
+    pub(crate) fn set_incarnation(&self, part: Part, incarnation: u32) {
+        self.page[layout::incarnation(part)].store(incarnation, SeqCst);
     }
 
     /// Asks the world to end the flight after the tick that is open.

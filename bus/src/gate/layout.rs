@@ -23,8 +23,8 @@ pub(super) const NUDGES: Word = Word(5);
 pub(super) const BATCH: Word = Word(6);
 /// Recorder: the last tick that it has read.
 pub(super) const RECORDED: Number = Number(7);
-/// Leader: the last round of which it has sent its state to every subscriber.
-pub(super) const LED: Word = Word(8);
+/// World: 1 if the open tick goes into the journal, so that agents have to account for their commands.
+pub(super) const RECORDS: Word = Word(8);
 /// Launcher: 1 when the user wants the run to end.
 pub(super) const STOP: Word = Word(9);
 /// World: the tick that it does not open before the launcher has applied the faults due, or [`NOT_HELD`].
@@ -40,8 +40,13 @@ pub(super) const DUE_LEAD_NS: Number = Number(14);
 /// The line of the first part: its process id, and how far it has answered.
 const FIRST_READY: usize = 15;
 
+/// How many parts a run can have.
+const PARTS: usize = 3 + MAX_UAVS as usize;
+/// The line of the first part's incarnation. These lines are apart from those above, which their processes write in
+/// every tick: readers of the one must not wait for the cache line of the other.
+const FIRST_INCARNATION: usize = FIRST_READY + PARTS;
 /// How many lines the page has.
-pub(super) const LINES: usize = FIRST_READY + 3 + MAX_UAVS as usize;
+pub(super) const LINES: usize = FIRST_INCARNATION + PARTS;
 
 /// In [`ROUND`]: the flight is over.
 pub(super) const CLOSED: u32 = u32::MAX;
@@ -56,6 +61,11 @@ pub(super) fn ready(part: Part) -> Word {
 /// `part` itself, while it answers ticks: the last tick that it has answered, or that it has no part in.
 pub(super) fn answered(part: Part) -> Number {
     Number(FIRST_READY + part.index())
+}
+
+/// Launcher: which process of `part` is the newest, counted from 1; 0 before the first.
+pub(super) fn incarnation(part: Part) -> Word {
+    Word(FIRST_INCARNATION + part.index())
 }
 
 /// The round of `tick`.

@@ -20,14 +20,17 @@ use layout::{BATCH, CLOSED, LINES, NOT_HELD, NUDGES, ROUND, tick_of};
 use ringwing_flight::{Part, Tick};
 use std::{
     path::Path,
-    sync::atomic::{AtomicU32, Ordering::SeqCst},
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering::SeqCst},
+    },
     time::Duration,
 };
 
 /// The tick gate of a run as one process sees it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Gate {
-    page: Page,
+    page: Arc<Page>,
     missed: Option<Tick>,
 }
 
@@ -35,14 +38,15 @@ impl Gate {
     /// Creates the gate of a new domain in the file `path`.
     pub(crate) fn create(path: &Path) -> Result<Self, BusError> {
         let page = Page::create(path, LINES).map_err(BusError::file(path))?;
-        let gate = Self { page, missed: None };
+        let gate = Self { page: Arc::new(page), missed: None };
         gate.release();
         Ok(gate)
     }
 
     /// Opens the gate that another process created in the file `path`.
     pub(crate) fn open(path: &Path) -> Result<Self, BusError> {
-        Ok(Self { page: Page::open(path, LINES).map_err(BusError::file(path))?, missed: None })
+        let page = Page::open(path, LINES).map_err(BusError::file(path))?;
+        Ok(Self { page: Arc::new(page), missed: None })
     }
 
     /// The tick that is open; `None` before the first one and after the last.
@@ -79,6 +83,16 @@ impl Gate {
     /// Notes that the process `pid` is ready as `part`, or that no process is.
     pub fn set_ready_process(&self, part: Part, pid: Option<u32>) {
         self.page[layout::ready(part)].store(pid.unwrap_or(0), SeqCst);
+    }
+
+    /// Which process of `part` is the newest, counted from 1: its *incarnation*, and the boards that belong to it.
+    pub fn incarnation(&self, part: Part) -> u32 {
+        self.page[layout::incarnation(part)].load(SeqCst)
+    }
+
+    /// Whether the open tick goes into the journal, so that agents have to account for their commands.
+    pub fn records(&self) -> bool {
+        self.page[layout::RECORDS].load(SeqCst) == 1
     }
 
     /// Whether the process that is ready as `part` has answered the open tick, or has no part in it.

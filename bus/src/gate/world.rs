@@ -5,8 +5,8 @@
 use super::{
     Gate,
     layout::{
-        ANSWERS, CLOSED, DUE_AT_NS, DUE_LEAD_NS, EXPECTED, HELD, HOLDS, LED, NOT_HELD, NUDGES, RECORDED,
-        ROUND, SLEEPERS, STOP, WORLD_SLEEPS, round_of, tick_of,
+        ANSWERS, CLOSED, DUE_AT_NS, DUE_LEAD_NS, EXPECTED, HELD, HOLDS, NOT_HELD, NUDGES, RECORDED, RECORDS,
+        ROUND, SLEEPERS, STOP, WORLD_SLEEPS, round_of,
     },
 };
 use crate::{Due, WaitStrategy, futex};
@@ -35,6 +35,12 @@ impl Gate {
         if tick.0 % BATCH_TICKS == 0 {
             self.call_recorder();
         }
+    }
+
+    /// Says whether the next tick goes into the journal. To be called before the tick opens: all agents must see the
+    /// same answer, or the log would lack some of their accounts.
+    pub fn set_records(&self, records: bool) {
+        self.page[RECORDS].store(u32::from(records), SeqCst);
     }
 
     /// Tells waiting processes when the next tick is due, so that they can be awake by then.
@@ -87,13 +93,6 @@ impl Gate {
     /// The last tick that the recorder has read.
     pub fn recorded(&self) -> Tick {
         Tick(self.page[RECORDED].load(SeqCst))
-    }
-
-    /// The last tick of which every subscriber has got the leader's state.
-    ///
-    /// A sample in one subscriber's hands does not prove this: the leader may have been killed between two of them.
-    pub fn led(&self) -> Option<Tick> {
-        Some(self.page[LED].load(SeqCst)).filter(|round| *round != 0).map(tick_of)
     }
 
     /// Whether the user wants the run to end.

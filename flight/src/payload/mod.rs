@@ -9,6 +9,7 @@
 
 mod command;
 mod event;
+mod journal;
 mod leader;
 mod links;
 mod roster;
@@ -18,6 +19,7 @@ mod timing;
 
 pub use command::{Account, AgeTicks, Command};
 pub use event::EventMessage;
+pub use journal::{JournalEntry, JournalHeader};
 pub use leader::LeaderState;
 pub use links::{LinkCounts, LinkSource};
 pub use roster::{MAX_UAVS, Roster};
@@ -55,4 +57,6 @@ payloads! {
     Roster: "Roster.v3", 152;
     FormationError: "FormationError.v2", 24;
     EventMessage: "EventMessage.v1", 1024;
+    JournalHeader: "JournalHeader.v1", 128;
+    JournalEntry: "JournalEntry.v1", 496;
 }

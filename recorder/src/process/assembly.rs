@@ -1,9 +1,9 @@
-//! Groups samples by tick, in whatever order they arrive.
+//! Groups what has come by tick, in whatever order it came.
 //!
-//! Must never wait and never guess: a sample that did not arrive is absent.
+//! Must never wait and never guess: what did not come is absent.
 
-use crate::metrics::{AirframeSample, TickSamples};
-use ringwing_flight::{Account, LeaderState, LinkCounts, Sensed, TickTiming, UavId};
+use crate::metrics::TickSamples;
+use ringwing_flight::{JournalEntry, JournalHeader, LinkCounts, TickTiming};
 use std::collections::BTreeMap;
 
 /// One tick, put together.
@@ -13,18 +13,19 @@ pub(crate) struct Assembled {
     pub(crate) samples: TickSamples,
     /// How long the tick took, by the wall clock.
     pub(crate) timing: Option<TickTiming>,
+    /// Whether the journal of the tick came. Without it nothing is known of the UAVs.
+    has_journal: bool,
 }
 
-/// Sorts samples into their ticks, and hands the ticks out in order.
+/// Sorts what comes into its ticks, and hands the ticks out in order.
 #[derive(Debug)]
 pub(crate) struct Assembly {
+    uavs: usize,
     ticks: BTreeMap<i64, Assembled>,
     /// Ticks before this one are handed out already, or are in the log of a predecessor.
     next: i64,
-    /// The newest tick of any sample from the world or the leader.
+    /// The newest tick of the journal.
     newest: Option<i64>,
-    /// The newest tick of each airframe.
-    newest_airframes: Vec<Option<i64>>,
     /// Handed out before and returned, to reuse their memory.
     spare: Vec<Assembled>,
 }
@@ -32,39 +33,38 @@ pub(crate) struct Assembly {
 impl Assembly {
     /// An assembly for a swarm of `uavs`, from tick `first` on.
     pub(crate) fn new(uavs: u32, first: i64) -> Self {
-        let newest_airframes = vec![None; uavs as usize];
-        Self { ticks: BTreeMap::new(), next: first, newest: None, newest_airframes, spare: Vec::new() }
+        Self { uavs: uavs as usize, ticks: BTreeMap::new(), next: first, newest: None, spare: Vec::new() }
     }
 
-    /// Takes what `uav` sensed.
-    pub(crate) fn put_sensed(&mut self, uav: UavId, sensed: &Sensed) {
-        self.note(sensed.tick.0);
-        self.newest_airframes[uav.index()] = Some(sensed.tick.0);
-        if let Some(tick) = self.at(sensed.tick.0) {
-            tick.samples.airframes[uav.index()] = Some(sensed.into());
+    /// Takes one tick of the journal, and how long the tick took if that is wanted.
+    pub(crate) fn put_journal<'e>(
+        &mut self,
+        header: &JournalHeader,
+        entries: impl Iterator<Item = &'e JournalEntry> + Clone,
+        timing: bool,
+    ) {
+        let now = header.tick().0;
+        self.newest = self.newest.max(Some(now));
+        if let Some(tick) = self.at(now) {
+            tick.has_journal = true;
+            tick.timing = timing.then_some(header.timing);
+            for (airframe, entry) in tick.samples.airframes.iter_mut().zip(entries.clone()) {
+                *airframe = entry.sensed().map(Into::into);
+            }
         }
-    }
-
-    /// Takes what the agent of `uav` commanded and why.
-    pub(crate) fn put_account(&mut self, uav: UavId, account: &Account) {
-        if let Some(tick) = self.at(account.tick.0) {
-            tick.samples.accounts[uav.index()] = Some(*account);
-        }
-    }
-
-    /// Takes the leader's state.
-    pub(crate) fn put_leader(&mut self, leader: &LeaderState) {
-        self.note(leader.tick.0);
-        if let Some(tick) = self.at(leader.tick.0) {
+        // Leader and accounts carry their own ticks: in real time the world may get them late.
+        if let Some(leader) = header.leader()
+            && let Some(tick) = self.at(leader.tick.0)
+        {
             tick.samples.leader = Some(*leader);
         }
-    }
-
-    /// Takes how long a tick took.
-    pub(crate) fn put_timing(&mut self, timing: &TickTiming) {
-        self.note(timing.tick);
-        if let Some(tick) = self.at(timing.tick) {
-            tick.timing = Some(*timing);
+        for (index, account) in entries.map(JournalEntry::account).enumerate() {
+            if let Some(account) = account
+                && let Some(tick) = self.at(account.tick.0)
+                && let Some(place) = tick.samples.accounts.get_mut(index)
+            {
+                *place = Some(*account);
+            }
         }
     }
 
@@ -75,25 +75,21 @@ impl Assembly {
         }
     }
 
-    /// The newest tick of the flight. Agents do not count: an agent with a wrong tick must not end the tick for all.
+    /// The newest tick of the journal.
     pub(crate) fn newest(&self) -> Option<i64> {
         self.newest
     }
 
-    /// Hands out the oldest tick, if it is before `end`.
+    /// Hands out the oldest tick, if it is before `end`. Leaves out ticks whose journal is lost.
     pub(crate) fn take_before(&mut self, end: i64) -> Option<Assembled> {
-        let oldest = self.ticks.first_entry().filter(|entry| *entry.key() < end)?;
-        let mut assembled = oldest.remove();
-        let samples = &mut assembled.samples;
-        let tick = samples.tick;
-        self.next = tick + 1;
-        // If an airframe has no sample of this tick but a newer one, its sample was overwritten. If it has neither, it
-        // has left the sky.
-        let is_overwritten = |(airframe, newest): (&Option<AirframeSample>, &Option<i64>)| {
-            airframe.is_none() && *newest > Some(tick)
-        };
-        samples.torn = samples.airframes.iter().zip(&self.newest_airframes).any(is_overwritten);
-        Some(assembled)
+        loop {
+            let oldest = self.ticks.first_entry().filter(|entry| *entry.key() < end)?;
+            let assembled = oldest.remove();
+            self.next = assembled.samples.tick + 1;
+            if assembled.has_journal {
+                return Some(assembled);
+            }
+        }
     }
 
     /// Takes back what [`Self::take_before`] handed out, to use its memory again.
@@ -101,21 +97,19 @@ impl Assembly {
         self.spare.push(assembled);
     }
 
-    fn note(&mut self, tick: i64) {
-        self.newest = self.newest.max(Some(tick));
-    }
-
     fn at(&mut self, tick: i64) -> Option<&mut Assembled> {
         if tick < self.next {
             return None;
         }
-        let uavs = self.newest_airframes.len();
-        let (ticks, spare) = (&mut self.ticks, &mut self.spare);
+        let (uavs, ticks, spare) = (self.uavs, &mut self.ticks, &mut self.spare);
         Some(ticks.entry(tick).or_insert_with(|| {
-            let mut fresh =
-                spare.pop().unwrap_or_else(|| Assembled { samples: TickSamples::new(uavs), timing: None });
+            let mut fresh = spare.pop().unwrap_or_else(|| Assembled {
+                samples: TickSamples::new(uavs),
+                timing: None,
+                has_journal: false,
+            });
             fresh.samples.restart(tick);
-            fresh.timing = None;
+            (fresh.timing, fresh.has_journal) = (None, false);
             fresh
         }))
     }
@@ -125,46 +119,60 @@ impl Assembly {
 mod tests {
     use super::*;
     use crate::testing;
+    use ringwing_flight::{Tick, UavId};
 
-    fn ticks_before(assembly: &mut Assembly, end: i64) -> Vec<(i64, bool)> {
-        std::iter::from_fn(|| assembly.take_before(end))
-            .map(|tick| (tick.samples.tick, tick.samples.torn))
-            .collect()
+    /// The journal of `tick`: all `uavs` of three are in the sky.
+    fn put(assembly: &mut Assembly, tick: i64, uavs: &[u32], accounts: &[i64]) {
+        let mut entries = [JournalEntry::empty(); 3];
+        for uav in uavs {
+            entries[UavId(*uav).index()].set_sensed(&testing::sensed(tick, *uav, [0.0, 0.0]));
+        }
+        for (entry, tick) in entries.iter_mut().zip(accounts) {
+            entry.set_account(&testing::account(*tick, 1));
+        }
+        assembly.put_journal(&JournalHeader::of(Tick(tick)), entries.iter(), true);
+    }
+
+    fn ticks_before(assembly: &mut Assembly, end: i64) -> Vec<i64> {
+        std::iter::from_fn(|| assembly.take_before(end)).map(|tick| tick.samples.tick).collect()
     }
 
     #[test]
     fn ticks_come_out_in_order_whatever_order_they_came_in() {
         let mut assembly = Assembly::new(3, 0);
         for tick in [-1, 2, 0, 1] {
-            for uav in UavId::all(3) {
-                assembly.put_sensed(uav, &testing::sensed(tick, uav.0, [0.0, 0.0]));
-            }
+            put(&mut assembly, tick, &[1, 2, 3], &[]);
         }
-        assert_eq!(ticks_before(&mut assembly, 2), [(0, false), (1, false)]);
-        assert_eq!(ticks_before(&mut assembly, 3), [(2, false)]);
+        assert_eq!(ticks_before(&mut assembly, 2), [0, 1]);
+        assert_eq!(ticks_before(&mut assembly, 3), [2]);
         assert_eq!(assembly.newest(), Some(2));
     }
 
     #[test]
-    fn a_tick_is_torn_if_it_lacks_a_uav_that_flies_on() {
+    fn a_uav_that_has_left_the_sky_has_no_airframe() {
         let mut assembly = Assembly::new(3, 0);
-        let flights: [&[i64]; 3] = [&[0, 1, 2, 3], &[0, 2, 3], &[0, 1]];
-        for (uav, ticks) in UavId::all(3).zip(flights) {
-            for tick in ticks {
-                assembly.put_sensed(uav, &testing::sensed(*tick, uav.0, [0.0, 0.0]));
-            }
-        }
-        // UAV 2 was overwritten in tick 1; UAV 3 has left the sky after it.
-        assert_eq!(ticks_before(&mut assembly, 9), [(0, false), (1, true), (2, false), (3, false)]);
+        put(&mut assembly, 0, &[1, 3], &[]);
+        let airframes = assembly.take_before(1).unwrap().samples.airframes;
+        let in_sky: Vec<bool> = airframes.iter().map(Option::is_some).collect();
+        assert_eq!(in_sky, [true, false, true]);
     }
 
     #[test]
-    fn an_account_is_too_late_once_its_tick_is_handed_out() {
+    fn a_late_account_belongs_to_its_own_tick_until_that_is_handed_out() {
         let mut assembly = Assembly::new(3, 0);
-        assembly.put_sensed(UavId(1), &testing::sensed(4, 1, [0.0, 0.0]));
+        put(&mut assembly, 4, &[1], &[]);
+        put(&mut assembly, 5, &[1], &[4]);
         let tick = assembly.take_before(5).unwrap();
+        assert!(tick.samples.accounts[0].is_some());
         assembly.recycle(tick);
-        assembly.put_account(UavId(1), &testing::account(4, 1));
-        assert_eq!(assembly.take_before(9), None);
+        put(&mut assembly, 6, &[1], &[4]);
+        assert_eq!(ticks_before(&mut assembly, 9), [5, 6]);
+    }
+
+    #[test]
+    fn a_tick_whose_journal_is_lost_is_left_out() {
+        let mut assembly = Assembly::new(3, 0);
+        put(&mut assembly, 4, &[1], &[3]);
+        assert_eq!(ticks_before(&mut assembly, 9), [4], "of tick 3 only an account came");
     }
 }

@@ -1,7 +1,7 @@
 //! Which processes have answered the open tick, and which ones the world waits for.
 //!
-//! An agent has answered a tick when a command of that tick has arrived from it, even a withheld one. The leader has
-//! answered when its state was sent to all its readers.
+//! An agent has answered a tick when a command of that tick has arrived from it, even a withheld one, and the leader when
+//! its state of that tick has.
 //!
 //! Never decides anything about the flight: that is the airspace's part.
 
@@ -50,7 +50,8 @@ impl Answers {
         &self.roster
     }
 
-    fn uavs(&self) -> impl Iterator<Item = UavId> + use<> {
+    /// All UAVs of the swarm.
+    pub(super) fn uavs(&self) -> impl Iterator<Item = UavId> + use<> {
         UavId::all(self.agents.len() as u32)
     }
 
@@ -114,7 +115,7 @@ impl Answers {
         longest(&mut self.timing.round_trip_ns, self.opened_ns, stamps.sent_ns);
     }
 
-    /// Notes the last tick whose leader state was sent to all readers.
+    /// Notes the tick of a leader state that has arrived.
     pub(super) fn note_leader(&mut self, tick: Option<Tick>) {
         if tick == Some(self.tick) {
             (self.leader_answered, self.leader_silent) = (true, false);

@@ -9,7 +9,7 @@ use super::{
     World,
     wait::{RECHECK, WaitEnd, wait_until},
 };
-use ringwing_bus::{BusError, TickProbe};
+use ringwing_bus::{BusError, TickProbe, journal};
 use ringwing_flight::{Event, Roster, Tick};
 use ringwing_scenario::Scenario;
 use std::time::Duration;
@@ -44,7 +44,7 @@ impl Holds {
         Self {
             answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
             hold_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s) * START_TIMEOUTS,
-            recorder_lag_ticks: (f64::from(scenario.time.rate_hz) * RECORDER_LAG_S).ceil() as i64,
+            recorder_lag_ticks: recorder_lag_ticks(scenario),
             gave_up_replacement: false,
             recorder_stuck_at: None,
         }
@@ -68,7 +68,15 @@ impl Holds {
     }
 }
 
-impl<P: TickProbe> World<P> {
+/// How many ticks the recorder may lag behind.
+fn recorder_lag_ticks(scenario: &Scenario) -> i64 {
+    let ticks = (f64::from(scenario.time.rate_hz) * RECORDER_LAG_S).ceil() as i64;
+    // The journal of a large swarm at a high rate keeps fewer ticks than that. Leave it room: the recorder has read
+    // more than it has told so far.
+    ticks.min(journal::depth(scenario.formation.uavs) as i64 / 2)
+}
+
+impl<P: TickProbe> World<'_, P> {
     /// Waits for the first roster. Returns false if the run was stopped before.
     pub(super) fn wait_for_roster(&mut self) -> Result<bool, BusError> {
         let end = self.wait_for_news(Duration::MAX, |world| world.answers.roster().revision > 0)?;

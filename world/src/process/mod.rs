@@ -1,13 +1,14 @@
 //! The world as an operating-system process: keeps time, and drives the airspace with what the other processes answer.
 //!
 //! [`run`] is the process from its start to its end. The child modules hold its parts: `tick` one tick, `holds` what
-//! delays the next one, `answers` who has answered, `ports` the connections, `wait` the bounded wait, `wall_clock` the
-//! latencies.
+//! delays the next one, `answers` who has answered, `ports` the connections, `journal` what the log gets, `wait` the bounded
+//! wait, `wall_clock` the latencies.
 //!
 //! Never decides anything about the flight: that is [`Airspace`]'s part, which the simulation uses as well.
 
 mod answers;
 mod holds;
+mod journal;
 mod ports;
 mod tick;
 mod wait;
@@ -47,6 +48,7 @@ pub fn run(args: &WorldArgs, probe: impl TickProbe) -> Result<(), BusError> {
     if world.wait_for_roster()? {
         world.fly()?;
     }
+    world.ports.journal.finish()?;
     world.probe.run_ended(&world.ports.gate)?;
     // The report comes first: once the gate is closed, the others look for it.
     member.domain().write_report(report::WORLD, &world.report())?;
@@ -65,18 +67,18 @@ enum TickClock {
     RealTime(Deadlines),
 }
 
-struct World<P> {
+struct World<'m, P> {
     airspace: Airspace,
     answers: Answers,
-    ports: Ports,
+    ports: Ports<'m>,
     clock: TickClock,
     holds: Holds,
     wall_clock: WallClock,
     probe: P,
 }
 
-impl<P: TickProbe> World<P> {
-    fn new(scenario: &Scenario, airspace: Airspace, ports: Ports, probe: P) -> Self {
+impl<'m, P: TickProbe> World<'m, P> {
+    fn new(scenario: &Scenario, airspace: Airspace, ports: Ports<'m>, probe: P) -> Self {
         Self {
             airspace,
             answers: Answers::new(scenario.formation.uavs),

@@ -2,20 +2,25 @@
 //!
 //! Never decides when to send or what to wait for.
 
+use super::journal::Journal;
 use ringwing_bus::{
-    Ballast, BusError, Due, Gate, Member, Publisher, Stamps, StopFlag, Subscriber, Waker, failed_connections,
-    services,
+    Ballast, BoardAccess, BoardReader, BoardWriter, BusError, Due, Gate, Member, Publisher, Stamps, StopFlag,
+    Subscriber, Waker, failed_connections, services,
 };
-use ringwing_flight::{Command, Event, EventMessage, Roster, Sensed, Tick, TickTiming, TimedEvent, UavId};
+use ringwing_flight::{
+    Account, Command, Event, EventMessage, LeaderState, Pace, Part, Roster, Sensed, Tick, TimedEvent, UavId,
+};
 use std::time::Duration;
 
 /// The world's ends of the services, and its place at the gate.
-pub(super) struct Ports {
+pub(super) struct Ports<'m> {
+    member: &'m Member,
     /// One of each UAV, UAV 1 first.
-    pub(super) sensed: Vec<Publisher<Sensed>>,
+    pub(super) sensed: Vec<BoardWriter<Sensed>>,
     /// One of each UAV, UAV 1 first.
-    pub(super) commands: Vec<Subscriber<Command>>,
-    pub(super) timing: Publisher<TickTiming>,
+    agents: Vec<AgentBoards>,
+    leader: LeaderBoard,
+    pub(super) journal: Journal,
     /// One of each UAV in a run that carries ballast, else empty.
     pub(super) ballast: Vec<Ballast>,
     pub(super) gate: Gate,
@@ -29,26 +34,48 @@ pub(super) struct Ports {
     failed_connections: u64,
 }
 
-impl Ports {
+/// What the world reads of one agent.
+struct AgentBoards {
+    uav: UavId,
+    pace: Pace,
+    commands: BoardReader<Command>,
+    accounts: BoardReader<Account>,
+    /// The first tick whose command was not read yet.
+    next_command: Tick,
+    /// The first tick whose account was not read yet.
+    next_account: Tick,
+}
+
+/// What the world reads of the leader.
+struct LeaderBoard {
+    states: BoardReader<LeaderState>,
+    /// The first tick whose state was not read yet.
+    next: Tick,
+}
+
+impl<'m> Ports<'m> {
     /// Opens everything, then says that the world is ready.
-    pub(super) fn open(member: &Member) -> Result<Self, BusError> {
-        let (scenario, node, depth) = (member.scenario(), member.node(), services::TICK_DEPTH);
-        let uavs = UavId::all(scenario.formation.uavs);
+    pub(super) fn open(member: &'m Member) -> Result<Self, BusError> {
+        let (scenario, node, boards) = (member.scenario(), member.node(), member.boards());
+        let (uavs, pace) = (UavId::all(scenario.formation.uavs), scenario.pace());
         let ballast_bytes = scenario.ipc.payload_bytes;
         let loaded = uavs.clone().filter(|_| ballast_bytes > 0);
         Ok(Self {
+            member,
             sensed: uavs
                 .clone()
-                .map(|uav| services::sensed(uav).publisher(node))
+                .map(|uav| services::sensed(uav, pace).writer(boards))
                 .collect::<Result<_, _>>()?,
-            commands: uavs
-                .map(|uav| services::command(uav).subscriber(node, depth))
-                .collect::<Result<_, _>>()?,
-            timing: services::timing().publisher(node)?,
+            agents: uavs.map(|uav| AgentBoards::open(boards, uav, pace)).collect::<Result<_, _>>()?,
+            leader: LeaderBoard {
+                states: services::leader(scenario.formation.uavs, pace).reader(boards)?,
+                next: Tick::APPROACH,
+            },
+            journal: Journal::open(member)?,
             ballast: loaded
                 .map(|uav| Ballast::of_world(node, uav, ballast_bytes))
                 .collect::<Result<_, _>>()?,
-            roster: services::roster().subscriber(node, depth)?,
+            roster: services::roster().subscriber(node, services::TICK_DEPTH)?,
             events: services::world_events().publisher(node)?,
             stop: member.stop().clone(),
             waker: Waker::of_world(member)?,
@@ -73,6 +100,46 @@ impl Ports {
     pub(super) fn open_tick(&self, now: Tick, expected: u32) -> Result<(), BusError> {
         self.gate.open_tick(now, expected);
         self.waker.notify()
+    }
+
+    /// Begins the journal's page of `tick`, and tells the agents whether they have to account for their commands.
+    pub(super) fn begin_journal(&mut self, tick: Tick) {
+        let is_recorded = self.gate.ready_process(Part::Recorder).is_some();
+        self.journal.begin(tick, is_recorded);
+        self.gate.set_records(is_recorded);
+    }
+
+    /// Hands over the commands of `uav`'s agent that were not read yet, up to that of `now`, oldest first, and copies
+    /// the account of the newest into the journal.
+    pub(super) fn read_commands(
+        &mut self,
+        uav: UavId,
+        now: Tick,
+        take: impl FnMut(&Command, &Stamps),
+    ) -> Result<(), BusError> {
+        let agent = &mut self.agents[uav.index()];
+        agent.read_commands(self.member.boards(), now, take)?;
+        if self.journal.is_wanted() {
+            let journal = &mut self.journal;
+            agent.read_accounts(now, |account| journal.note_account(uav, account));
+        }
+        Ok(())
+    }
+
+    /// The leader's newest state up to that of `now`, if it was not read yet. The journal gets a copy.
+    pub(super) fn read_leader(&mut self, now: Tick) -> Result<Option<Tick>, BusError> {
+        let (LeaderBoard { states, next }, journal) = (&mut self.leader, &mut self.journal);
+        let mut newest = None;
+        if *next <= now {
+            states.read_newest(self.member.boards(), *next..=now, |state, _| {
+                journal.note_leader(state);
+                newest = Some(state.tick);
+            })?;
+        }
+        if let Some(Tick(tick)) = newest {
+            *next = Tick(tick + 1);
+        }
+        Ok(newest)
     }
 
     /// Ends the flight for every process.
@@ -122,6 +189,48 @@ impl Ports {
         }
         self.failed_connections = failed;
         self.log_event(now, Event::ConnectionsFailed { count: failed })
+    }
+}
+
+impl AgentBoards {
+    fn open(boards: BoardAccess, uav: UavId, pace: Pace) -> Result<Self, BusError> {
+        let commands = services::command(uav, pace).reader(boards)?;
+        let accounts = commands.beside(&services::account(uav, pace))?;
+        let first = Tick::APPROACH;
+        Ok(Self { uav, pace, commands, accounts, next_command: first, next_account: first })
+    }
+
+    fn read_commands(
+        &mut self,
+        boards: BoardAccess,
+        now: Tick,
+        mut take: impl FnMut(&Command, &Stamps),
+    ) -> Result<(), BusError> {
+        let Self { commands, next_command, .. } = self;
+        if *next_command > now {
+            return Ok(());
+        }
+        let ticks = *next_command..=now;
+        let mut take = |command: &Command, stamps: &Stamps| {
+            *next_command = Tick(command.tick.0 + 1);
+            take(command, stamps);
+        };
+        // Look for a successor only after the last command of its predecessor was read.
+        if !commands.read(ticks.clone(), &mut take) && commands.follow(boards)? {
+            commands.read(ticks, take);
+            self.accounts = self.commands.beside(&services::account(self.uav, self.pace))?;
+        }
+        Ok(())
+    }
+
+    fn read_accounts(&mut self, now: Tick, mut take: impl FnMut(&Account)) {
+        let Self { accounts, next_account, .. } = self;
+        if *next_account <= now {
+            accounts.read(*next_account..=now, |account, _| {
+                *next_account = Tick(account.tick.0 + 1);
+                take(account);
+            });
+        }
     }
 }
 

@@ -8,10 +8,10 @@ use super::{
 };
 use crate::{CommandCounts, Refusal};
 use ringwing_bus::{BusError, Lateness, PacedTick, Stamps, TickProbe, monotonic_ns};
-use ringwing_flight::{Command, Event, TickTiming, UavId};
+use ringwing_flight::{Command, Event, Tick, TickTiming, UavId};
 use std::thread;
 
-impl<P: TickProbe> World<P> {
+impl<P: TickProbe> World<'_, P> {
     pub(super) fn fly_tick(&mut self) -> Result<(), BusError> {
         self.open_tick()?;
         match self.clock {
@@ -27,8 +27,10 @@ impl<P: TickProbe> World<P> {
         let now = self.airspace.now();
         self.probe.tick_opened(now, opened_ns);
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
+        self.ports.begin_journal(now);
         for sensed in self.airspace.open_tick() {
-            self.ports.sensed[sensed.uav.index()].send(sensed, stamps)?;
+            self.ports.sensed[sensed.uav.index()].post(now, sensed, stamps);
+            self.ports.journal.note_sensed(&sensed);
         }
         self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
         // Read the roster as late as possible, so that the tick does not wait for a process that has just ended.
@@ -38,7 +40,9 @@ impl<P: TickProbe> World<P> {
         if let TickClock::RealTime(deadlines) = &self.clock {
             self.ports.gate.set_due(deadlines.due());
         }
-        self.ports.open_tick(now, self.answers.expected())
+        self.ports.open_tick(now, self.answers.expected())?;
+        // The tick before is for the log only, and the agents have work now.
+        self.ports.journal.send()
     }
 
     /// In lockstep: waits until every process on the roster has answered, and gives up those that do not.
@@ -93,29 +97,27 @@ impl<P: TickProbe> World<P> {
     /// Takes in what has arrived: the newest command of each UAV, and whether the leader has answered.
     pub(super) fn collect(&mut self) -> Result<(), BusError> {
         self.probe.collecting_answers();
-        for index in 0..self.ports.commands.len() {
-            let uav = UavId(index as u32 + 1);
-            if let Some((command, stamps)) = self.newest_command(uav)? {
+        let now = self.airspace.now();
+        for uav in self.answers.uavs() {
+            if let Some((command, stamps)) = self.newest_command(uav, now)? {
                 self.take(uav, &command, &stamps);
             }
         }
         for ballast in &self.ports.ballast {
             ballast.receive()?;
         }
-        self.answers.note_leader(self.ports.gate.led());
+        self.answers.note_leader(self.ports.read_leader(now)?);
         self.probe.answers_collected();
         Ok(())
     }
 
-    /// The newest command that has arrived from `uav`'s agent since the last look.
-    fn newest_command(&mut self, uav: UavId) -> Result<Option<(Command, Stamps)>, BusError> {
-        let now = self.airspace.now();
+    /// The newest command of `uav`'s agent up to that of `now`, if it was not read yet.
+    fn newest_command(&mut self, uav: UavId, now: Tick) -> Result<Option<(Command, Stamps)>, BusError> {
+        let Self { ports, probe, .. } = self;
         let mut newest = None;
-        self.ports.commands[uav.index()].drain_until(|command, stamps| {
+        ports.read_commands(uav, now, |command, stamps| {
             newest = Some((*command, *stamps));
-            self.probe.answer_seen(uav, command.tick, stamps);
-            // Nothing newer than the open tick's command can come: a further look would cost as much as finding one.
-            command.tick >= now
+            probe.answer_seen(uav, command.tick, stamps);
         })?;
         Ok(newest)
     }
@@ -135,7 +137,7 @@ impl<P: TickProbe> World<P> {
         let Lateness { late_ns, missed_deadlines } = lateness;
         let timing = TickTiming { answered, reused, late_ns, missed_deadlines, ..self.answers.timing() };
         self.wall_clock.add(&timing);
-        self.ports.timing.send(timing, Stamps::now())?;
+        self.ports.journal.note_timing(&timing);
         self.ports.log_failed_connections(self.airspace.now())
     }
 

@@ -1,0 +1,136 @@
+//! The journal: all that a log needs of a tick, in one sample from the world to the recorder.
+//!
+//! It is publish-subscribe with a queue, because a log needs every tick and a recorder reads in batches. One sample for
+//! the whole swarm costs the world and the recorder a fraction of what a service for each UAV would.
+//!
+//! Must never hold up the world: a recorder that lags too far loses the oldest ticks.
+
+use crate::{
+    BusError,
+    channel::{count_failure, may_open_later},
+    retry::retry,
+    services::{SENDERS, SPARE_READERS},
+    wire::Wire,
+};
+use iceoryx2::{
+    node::Node,
+    port::{
+        publisher::{Publisher, PublisherCreateError},
+        subscriber::{Subscriber, SubscriberCreateError},
+    },
+    prelude::{ServiceName, ipc},
+    service::port_factory::publish_subscribe::PortFactory,
+};
+use ringwing_flight::{JournalEntry, JournalHeader};
+use std::fmt::Debug;
+
+pub(crate) type Factory = PortFactory<ipc::Service, [Wire<JournalEntry>], Wire<JournalHeader>>;
+
+/// The name of the service.
+const NAME: &str = "journal";
+/// Recorders that may subscribe at once: one, and its successor.
+const RECORDERS: usize = 2;
+/// Ticks that the recorder may lag behind. More cost memory while it lags; fewer lose ticks in real time when it waits
+/// for the disk.
+const DEPTH_MAX: usize = 1024;
+/// The most memory that waits for one recorder, in bytes. A larger limit lets the recorder of a large swarm lag
+/// further; a smaller one loses its ticks sooner.
+const BYTES_MAX: usize = 64 << 20;
+
+/// How many ticks the recorder of a swarm of `uavs` may lag behind before it loses the oldest.
+pub fn depth(uavs: u32) -> usize {
+    let bytes = size_of::<JournalHeader>() + uavs as usize * size_of::<JournalEntry>();
+    DEPTH_MAX.min(BYTES_MAX / bytes)
+}
+
+/// Creates the journal of a swarm of `uavs`.
+pub(crate) fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Factory, BusError> {
+    let readers = RECORDERS + SPARE_READERS;
+    node.service_builder(&name()?)
+        .publish_subscribe::<[Wire<JournalEntry>]>()
+        .user_header::<Wire<JournalHeader>>()
+        .max_publishers(SENDERS)
+        .max_subscribers(readers)
+        .max_nodes(readers + SENDERS)
+        .subscriber_max_buffer_size(depth(uavs))
+        .history_size(0)
+        .enable_safe_overflow(true)
+        .create()
+        .map_err(|error| journal_error("cannot be created", error))
+}
+
+fn open(node: &Node<ipc::Service>) -> Result<Factory, BusError> {
+    let name = name()?;
+    let open = || {
+        let builder = node.service_builder(&name).publish_subscribe::<[Wire<JournalEntry>]>();
+        builder.user_header::<Wire<JournalHeader>>().open()
+    };
+    retry(open, |error| may_open_later(*error)).map_err(|error| journal_error("cannot be opened", error))
+}
+
+/// The world's end of the journal.
+#[derive(Debug)]
+pub struct JournalWriter {
+    port: Publisher<ipc::Service, [Wire<JournalEntry>], Wire<JournalHeader>>,
+    uavs: usize,
+}
+
+impl JournalWriter {
+    /// Opens the writing end for a swarm of `uavs`.
+    pub fn open(node: &Node<ipc::Service>, uavs: u32) -> Result<Self, BusError> {
+        let factory = open(node)?;
+        let create = || {
+            let builder = factory.publisher_builder().initial_max_slice_len(uavs as usize);
+            builder.set_degradation_handler(|_, _| count_failure()).create()
+        };
+        let is_full = |error: &_| matches!(error, PublisherCreateError::ExceedsMaxSupportedPublishers);
+        let port = retry(create, is_full).map_err(|error| journal_error("no place for a writer", error))?;
+        Ok(Self { port, uavs: uavs as usize })
+    }
+
+    /// Sends one tick: its header and one entry for each UAV.
+    ///
+    /// # Panics
+    /// If there are fewer `entries` than UAVs.
+    pub fn send(&self, header: &JournalHeader, entries: &[JournalEntry]) -> Result<(), BusError> {
+        let failed = |error: &dyn Debug| journal_error("cannot be written", error);
+        let mut sample = self.port.loan_slice_uninit(self.uavs).map_err(|error| failed(&error))?;
+        *sample.user_header_mut() = Wire(*header);
+        sample.write_from_fn(|index| Wire(entries[index])).send().map_err(|error| failed(&error))?;
+        Ok(())
+    }
+}
+
+/// The recorder's end of the journal.
+#[derive(Debug)]
+pub struct JournalReader {
+    port: Subscriber<ipc::Service, [Wire<JournalEntry>], Wire<JournalHeader>>,
+}
+
+impl JournalReader {
+    /// Opens a reading end; waits until the place of a dead reader is free again.
+    pub fn open(node: &Node<ipc::Service>) -> Result<Self, BusError> {
+        let factory = open(node)?;
+        let create = || factory.subscriber_builder().create();
+        let is_full = |error: &_| *error == SubscriberCreateError::ExceedsMaxSupportedSubscribers;
+        let port = retry(create, is_full).map_err(|error| journal_error("no place for a reader", error))?;
+        Ok(Self { port })
+    }
+
+    /// Hands over all ticks that have come, oldest first: the header of each, and the entries of all UAVs.
+    pub fn drain(&self, mut take: impl FnMut(&JournalHeader, &[Wire<JournalEntry>])) -> Result<(), BusError> {
+        let failed = |error| journal_error("cannot be read", error);
+        while let Some(sample) = self.port.receive().map_err(failed)? {
+            take(&sample.user_header().0, sample.payload());
+        }
+        Ok(())
+    }
+}
+
+fn name() -> Result<ServiceName, BusError> {
+    NAME.try_into().map_err(|error| journal_error("not a name", error))
+}
+
+fn journal_error(problem: &str, reason: impl Debug) -> BusError {
+    BusError::ipc(format!("service {NAME}: {problem}"), reason)
+}
