@@ -26,6 +26,7 @@ impl Side {
     /// A side of `others` UAVs at `now`.
     pub(super) fn new(nearest_alive: Option<usize>, others: usize, now: Tick, timeout_ticks: i64) -> Self {
         let lost = nearest_alive.unwrap_or(others);
+        // The tick alone decides whose turn it is, so a restarted agent takes the same turns.
         let turn = (now.0 / (TURN_TIMEOUTS * timeout_ticks)).unsigned_abs() as usize;
         let beyond = lost.saturating_sub(LOST_PER_SIDE);
         let in_turn = (beyond > 0).then(|| LOST_PER_SIDE + turn % beyond);

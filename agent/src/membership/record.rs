@@ -61,6 +61,7 @@ impl MemberRecord {
 
     /// Counts a state received in `now` as a sign of life, unless a newer state came before.
     pub(super) fn receive(&mut self, state: &UavState, now: Tick, timeout_ticks: i64) {
+        // A duplicate or an overtaken state may arrive long after its sender died, so it proves nothing.
         if self.newest_state >= Some(state.tick) {
             return;
         }
@@ -101,6 +102,8 @@ impl MemberRecord {
     pub(super) fn judge_silence(&mut self, watched_since: Tick, now: Tick) -> Silence {
         let begin = self.last_sign.map_or(watched_since, |sign| sign.max(watched_since));
         let silence = now.since(begin);
+        // Multiply instead of dividing the patience: the quotient would be rounded down, and the suspicion would come
+        // too soon.
         if SUSPICION_DIVISOR * silence < self.patience_ticks {
             return Silence::Short;
         }

@@ -69,6 +69,7 @@ impl<T> Fate<T> {
 
 impl LinkDraws {
     fn stream(self, purpose: Purpose, rank: u64) -> Draws {
+        // Both ends identify the link: each direction has its own draws.
         let link = u64::from(self.route.source.number()) << 32 | u64::from(self.route.to.0);
         Draws::new(self.seed, [link, purpose as u64, rank], self.sent.0.cast_unsigned())
     }
@@ -84,6 +85,8 @@ impl ActiveFault {
         let mut active: Vec<Self> = Vec::new();
         for fault in faults.iter().filter(|fault| fault.links.includes(route.source, route.to)) {
             let kind = discriminant(&fault.impairment);
+            // Two faults of one kind must not draw the same numbers, and a fault of another kind must not shift either
+            // of them.
             let rank = active.iter().filter(|other| discriminant(&other.fault.impairment) == kind).count();
             let gilbert = GilbertState { tick: fault.begin, is_bad: false };
             active.push(Self { fault: fault.clone(), rank: rank as u64, gilbert });
