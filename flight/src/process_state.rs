@@ -22,12 +22,14 @@ impl ProcessState {
         match (action, self) {
             (Start, Self::Gone) | (Thaw, Self::Frozen) => Ok(Self::Running),
             (Start, _) => Err("is there already"),
+            // All other actions need a process.
             (_, Self::Gone) => Err("is gone already"),
             (Thaw, Self::Running) => Err("is not frozen"),
             (Freeze, Self::Frozen) => Err("is frozen already"),
             // A frozen process does not handle the signal until it is thawed.
             (Stop, Self::Frozen) => Err("is frozen: thaw or kill it"),
             (Freeze, Self::Running) => Ok(Self::Frozen),
+            // SIGKILL ends a frozen process as well.
             (Kill { .. } | Stop, _) => Ok(Self::Gone),
         }
     }

@@ -50,6 +50,7 @@ impl Event {
 
 fn loss_text(part: Part, end: ProcessEnd, then: AfterLoss) -> String {
     match then {
+        // Only the leader and the recorder are ever replaced, so the article fits: a UAV's name would take none.
         AfterLoss::Replaced => format!("the {part} {end}; a new one takes over"),
         AfterLoss::Failsafe { before_flight } => {
             let when = if before_flight { " before the flight" } else { "" };
