@@ -32,6 +32,7 @@ pub fn scenario(seed: u64) -> Scenario {
         seed: seed & i64::MAX.cast_unsigned(),
         ..Scenario::default()
     };
+    // All choices come from one stream in this order. A choice that is added before others changes every scenario.
     scenario.time.duration_s = f64::from(dice.whole(5..=20));
     scenario.time.rate_hz = dice.pick(&[50, 100]);
     scenario.formation.uavs = dice.whole(3..=12);
@@ -75,6 +76,7 @@ impl Dice {
         let law = self.pick(&[Law::Paper, Law::Resilient]);
         let LawSwitches { dead_reckoning, trust_fades, gain_fades, force_limited, ring_closes } =
             law.switches();
+        // Only the reader of scenario files sets the switches of a law, and the agents read only the switches.
         let control = &mut scenario.control;
         control.law = law;
         control.dead_reckoning = dead_reckoning;
@@ -147,6 +149,7 @@ impl Dice {
     fn recorder_freeze(&mut self, duration_s: f64) -> Fault {
         let fault = ProcessFault::Freeze { for_s: Some(self.number(0.01, 1.0)) };
         let action = Action::Process { fault, targets: Targets::Recorder };
+        // It is thawed at least one second before the end, so that it can catch up.
         Fault { at_s: self.number(0.0, duration_s - 2.0), action }
     }
 
