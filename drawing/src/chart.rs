@@ -76,6 +76,8 @@ impl Chart {
         let points = || self.lines.iter().flat_map(|line| line.points.iter().flatten());
         let mut x = Extent::of(points().map(|(x, _)| *x));
         let mut y = Extent::of(points().map(|(_, y)| *y));
+        // The axis spans at least a fifth of the largest value. On a closer view, rounding noise would look like a
+        // signal.
         y = y.padded(0.06, 0.2 * y.low.abs().max(y.high.abs()));
         let mut height = HEIGHT;
         if self.is_map {
@@ -153,6 +155,7 @@ type PlotContext<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Ax
 fn draw_stretch(plot: &mut PlotContext, line: &Curve, points: Vec<(f64, f64)>) -> Result<(), DrawingError> {
     // 1.5 pixels wide: the grid's lines are 1 pixel wide.
     let style = line.colour.stroke_width(2 * SCALE - SCALE / 2);
+    // Drop the entry that each series makes for the legend of plotters: the chart draws its own legend.
     match line.stroke {
         Stroke::Solid => drop(plot.draw_series(LineSeries::new(points, style))?),
         Stroke::Dotted => {
@@ -199,6 +202,7 @@ fn thinned(points: &[Option<(f64, f64)>], most: usize) -> Vec<Option<(f64, f64)>
         both.sort_by_key(|(index, _)| *index);
         both.dedup_by_key(|(index, _)| *index);
         kept.extend(both.into_iter().map(|(_, point)| Some(point)));
+        // A break moves to the end of its interval, which is too short a way to be seen.
         if interval.iter().any(Option::is_none) {
             kept.push(None);
         }
