@@ -89,6 +89,7 @@ impl<'s> StartBox<'s> {
         let deviation_deg = start.draw.heading_spread_deg * (2.0 * self.draws.uniform() - 1.0);
         StartState {
             position_m: position.into(),
+            // Within one turn, as validation requires of listed starts.
             heading_deg: (leader.heading_deg + deviation_deg) % 360.0,
             speed_m_s: leader.speed_m_s,
         }

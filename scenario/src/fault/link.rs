@@ -136,6 +136,7 @@ impl Links {
     pub fn includes(&self, source: LinkSource, to: UavId) -> bool {
         match source {
             LinkSource::LEADER => self.includes_leader_link(to.0),
+            // Only `own->` names such a link: a UAV that is cut off from the others keeps its sensors.
             LinkSource::OWN => matches!(self, Self::From(Sender::Own, receiver) if receiver.includes(to.0)),
             _ => self.includes_uav_link(source.number(), to.0),
         }

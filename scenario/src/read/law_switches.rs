@@ -44,6 +44,7 @@ pub(super) fn fill_in(tree: &mut Spanned<DeValue<'_>>) {
     for (name, value) in switches() {
         let key = key(name.get_ref());
         if lookup(tree.get_ref(), &key).value.is_none() {
+            // No message ever shows this position, because a law's own switches are never wrong.
             let added = tree::put(tree, &key, Spanned::new(0..0, value.into_inner()));
             added.expect("a tree that names a law has a section for it");
         }

@@ -105,6 +105,7 @@ impl<'s> ScenarioReader<'s> {
         let mut tree = self.parse()?;
         let law_of_file = law_switches::law(tree.get_ref());
         let keys_set = self.apply_settings(&mut tree);
+        // Decide this now: `fit` may replace a wrong number of UAVs by the example's.
         let starts_apply = listed_starts_apply(tree.get_ref(), &keys_set);
 
         // The switches that a file sets belong to its law, so another law must not inherit them.
@@ -126,6 +127,7 @@ impl<'s> ScenarioReader<'s> {
     }
 
     fn finish(mut self, scenario: Option<Scenario>) -> Result<Scenario, ScenarioError> {
+        // Overrides have positions beyond the text, so they follow the file; problems without a position come first.
         self.problems.sort_by_key(|(position, _)| *position);
         let problems: Vec<_> = self.problems.into_iter().map(|(_, problem)| problem).collect();
         match scenario {
@@ -215,6 +217,7 @@ impl<'s> ScenarioReader<'s> {
 
     fn validate(&mut self, scenario: &Scenario, given: &DeValue<'_>) {
         let mut violations = validate::violations(scenario);
+        // A stand-in may violate bounds that the user's own value would keep.
         violations.retain(|violation| !violation.keys().any(|key| self.is_wrong(key)));
         for violation in violations {
             self.report_violation(violation, given);
@@ -223,6 +226,7 @@ impl<'s> ScenarioReader<'s> {
 
     /// Reports a violation at the key that the user set last among its keys: in an override, else in the file.
     fn report_violation(&mut self, violation: Violation, given: &DeValue<'_>) {
+        // A given value is blamed before a default, and an override before the file.
         let rank = |key: &str| {
             let found = lookup(given, key);
             let in_override = found.position.is_some_and(|position| self.origins.setting(position).is_some());

@@ -45,6 +45,7 @@ fn child<'t, 'a>(value: &'t DeValue<'a>, part: &str) -> Option<(usize, &'t DeVal
 
 /// The key of the value, other than a table or list, whose span is exactly `span`.
 pub(super) fn key_at(tree: &DeValue<'_>, span: &Range<usize>) -> Option<String> {
+    // An error of the deserializer has only a span. That is enough, because every value has a span of its own.
     let inner = |name: &str, value: &Spanned<DeValue<'_>>| match value.get_ref() {
         DeValue::Table(_) | DeValue::Array(_) => {
             key_at(value.get_ref(), span).map(|rest| key::join(name, &rest))
