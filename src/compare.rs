@@ -58,6 +58,7 @@ fn quantities(flight: &LoggedFlight) -> BTreeMap<String, Value> {
 }
 
 fn compared(a: &BTreeMap<String, Value>, b: &BTreeMap<String, Value>) -> Vec<ComparedQuantity> {
+    // A quantity that only one flight has, such as an obstacle's clearance, gets a row too.
     let names: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
     let of = |flight: &BTreeMap<String, Value>, name: &str| flight.get(name).cloned().unwrap_or_default();
     let compare = |name: &String| ComparedQuantity { name: name.clone(), a: of(a, name), b: of(b, name) };

@@ -24,6 +24,7 @@ pub(crate) struct FaultArgs {
 
 /// The domain that `text` names, alone or at the end of a run's folder.
 fn domain(text: &str) -> Result<DomainId, String> {
+    // The folder of a run is called NAME-ID, and the name of a domain contains no dash.
     let name = text.trim_end_matches('/').rsplit(['/', '-']).next().unwrap_or(text);
     name.parse()
 }
@@ -40,6 +41,7 @@ pub(crate) fn run(args: &FaultArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::join(&args.run)?;
     let answer = ask(&domain, &request)
         .with_context(|| format!("domain {}: its launcher does not answer", args.run))?;
+    // A launcher that ends closes the connection without an answer.
     if answer.is_empty() {
         anyhow::bail!("domain {}: the run ended before the fault was applied", args.run);
     }

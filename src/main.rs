@@ -90,6 +90,7 @@ struct WrongUsage(String);
 fn main() -> ExitCode {
     // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
+    // Let clap parse the default verb too, so that the defaults of `run` are written down only once.
     let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
     let (who, result) = match verb {

@@ -97,6 +97,7 @@ impl LoggedFlight {
             name: timed.event.name().into(),
             text: self.scenario.event_text(&timed.event),
         };
+        // Do this first: a tick without UAVs can have events.
         self.events.extend(tick.events.iter().map(event));
         if !tick.has_uavs() {
             return;
@@ -205,6 +206,7 @@ fn latency(round_trips_us: &Column) -> Option<Latency> {
     let mut sorted: Vec<f64> = round_trips_us.iter().flatten().copied().filter(|us| *us > 0.0).collect();
     sorted.sort_by(f64::total_cmp);
     let at = |share: f64| sorted.get(((sorted.len() as f64 * share) as usize).min(sorted.len() - 1)).copied();
+    // This ends the function for an empty list, so `at` never subtracts 1 from a length of 0.
     let max_us = *sorted.last()?;
     Some(Latency { p50_us: at(0.5)?, p99_us: at(0.99)?, max_us })
 }

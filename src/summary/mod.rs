@@ -194,6 +194,7 @@ impl Summary {
             wall_s: None,
             real_time_factor: None,
             payload_hash: None,
+            // A placeholder: both callers judge the run. If one ever forgets, no run passes by mistake.
             verdict: Verdict::Failed,
             failures: Vec::new(),
             violations: Vec::new(),
@@ -240,6 +241,7 @@ fn longest_recovery_s(flight: &FlightSummary) -> Option<f64> {
 /// The failures of the run and the requirements that it violated.
 fn judged(scenario: &Scenario, outcome: &Outcome) -> (Vec<String>, Vec<String>) {
     let mut failures = outcome.failures.clone();
+    // If the run failed, the failure explains the missing report.
     if failures.is_empty() && outcome.world.is_none() {
         failures.push("the world left no report".into());
     }

@@ -77,6 +77,7 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
             "{not}: it is the log of a real-time run, which depends on the wall clock; fly the scenario in lockstep"
         );
     }
+    // Read all ticks before asking for damages, which the reader finds on the way.
     for tick in reader.ticks(&scenario) {
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
