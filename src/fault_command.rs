@@ -46,6 +46,7 @@ pub(crate) fn run(args: &FaultArgs) -> anyhow::Result<ExitCode> {
         anyhow::bail!("domain {}: the run ended before the fault was applied", args.run);
     }
     tell(answer.trim_end());
+    // This prefix is all that programs may read of an answer; the rest is for people.
     Ok(if answer.starts_with("refused: ") { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }
 

@@ -112,6 +112,7 @@ fn main() -> ExitCode {
         Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
     };
     result.unwrap_or_else(|error| {
+        // All processes of a run write to the same terminal, so each says who it is.
         eprintln!("ringwing: {who}{error}");
         let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
         ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })

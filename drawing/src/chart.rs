@@ -58,7 +58,7 @@ pub struct Chart {
     pub y: &'static str,
     /// The lines; later ones cover earlier ones.
     pub lines: Vec<Curve>,
-    /// Whether one unit is equally long on both axes.
+    /// Whether a unit has the same length on both axes.
     pub is_map: bool,
     /// What the numbers along the horizontal axis mean.
     pub x_scale: Scale,
@@ -191,6 +191,7 @@ fn thinned(points: &[Option<(f64, f64)>], most: usize) -> Vec<Option<(f64, f64)>
     if points.len() <= most {
         return points.to_vec();
     }
+    // Each interval keeps two points.
     let interval = points.len().div_ceil(most / 2);
     let mut kept = Vec::with_capacity(most + 2);
     for interval in points.chunks(interval) {

@@ -1,6 +1,7 @@
-//! Whether a process of the run is there, and what a process fault does to it.
+//! Whether a process of the run is running, frozen or gone, and what a process fault makes of that.
 //!
-//! The launcher and the simulation both judge faults by this. Never knows what a process does: only whether it runs.
+//! The launcher and the simulation both judge faults by these rules. Never knows what a process does, only whether it
+//! runs.
 
 use crate::ProcessAction;
 
@@ -11,7 +12,7 @@ pub enum ProcessState {
     Running,
     /// Stopped by SIGSTOP: keeps its memory and answers nothing.
     Frozen,
-    /// Not there.
+    /// Has ended, or was never started.
     Gone,
 }
 

@@ -63,7 +63,7 @@ impl LivingRing {
         Self { formation, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
     }
 
-    /// Changes to the ring of the UAVs for which `lives` is true; returns whether that is another ring than before.
+    /// Changes to the ring of the UAVs for which `lives` is true; returns whether the ring has changed.
     ///
     /// Without `on_loss` nothing changes.
     pub fn reform(&mut self, lives: impl Fn(u32) -> bool) -> bool {
@@ -113,8 +113,8 @@ impl LivingRing {
         }
     }
 
-    /// The living UAVs before and after UAV `number` in the ring, whether that one is alive or not; `None` if no other
-    /// is left.
+    /// The living UAVs before and after UAV `number` in the ring, whether that UAV is alive or not; `None` if no other
+    /// UAV is left.
     pub fn neighbours(&self, number: u32) -> [Option<u32>; 2] {
         // A lost UAV has neighbours too: `place` is where it would be if it were alive.
         let place = self.living.partition_point(|living| *living < number);

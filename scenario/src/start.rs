@@ -22,6 +22,7 @@ const TRIES: u32 = 10_000;
 /// # Errors
 /// The box has no room for a UAV; the message names the keys to change.
 pub fn states(scenario: &Scenario) -> Result<Vec<StartState>, ScenarioError> {
+    // Validation has checked that these collide with nothing.
     if !scenario.start.uavs.is_empty() {
         return Ok(scenario.start.uavs.clone());
     }
@@ -67,6 +68,7 @@ impl<'s> StartBox<'s> {
             middle: Point2::from(scenario.leader.start_m) + ahead * (draw.ahead_radii * radius),
             along: ahead * (draw.length_radii * radius),
             across: Vector2::new(-ahead.y, ahead.x) * (draw.width_radii * radius),
+            // With a smaller separation, a flight could begin with a collision.
             separation_m: draw.separation_m.max(scenario.airframe.collision_distance_m),
         }
     }

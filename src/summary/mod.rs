@@ -140,6 +140,7 @@ impl Summary {
         Self {
             start_s: Some(outcome.start_time.as_secs_f64()),
             wall_s: Some(wall_s),
+            // A run that fails before its flight has no flight time.
             real_time_factor: (wall_s > 0.0).then(|| flown.simulated_s / wall_s),
             payload_hash: world.map(|world| world.payload_hash.clone()),
             verdict: verdict(&failures, &violations),
@@ -155,6 +156,7 @@ impl Summary {
             late_max_us: world.map(|world| world.late_max_us),
             latency: world.and_then(|world| world.latency),
             log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
+            // With `--no-record` there is a recorder too, for the measures, but no log.
             log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
             command,
             ..flown

@@ -39,6 +39,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         scenario,
         out: folder.path().to_owned(),
         record: true,
+        // Wall-clock times are not compared.
         timing: false,
         by_hand: BTreeSet::new(),
         quiet: true,
@@ -86,6 +87,7 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     if let Some(damage) = reader.damages().listed.first() {
         bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.problem);
     }
+    // Only a recorder that finished its log wrote a verdict.
     if reader.result().is_none_or(|result| result.get("verdict").is_none_or(|verdict| verdict == "failed")) {
         bail!("{not}: the flight did not complete");
     }
@@ -101,6 +103,7 @@ fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> 
         match (recorded.next(), flown.next()) {
             (None, None) => return Ok(Ok(count)),
             (Some(one), Some(other)) if is_same(&one, &other) => count += 1,
+            // All further differences may follow from the first one.
             (one, other) => return Ok(Err(Difference::between(one.as_ref(), other.as_ref()))),
         }
     }

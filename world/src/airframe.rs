@@ -64,6 +64,7 @@ impl Airframe {
         };
         let start_pose = Pose {
             position: Point2::from(start.position_m),
+            // A listed heading may be up to one turn, but payloads promise (-pi, pi].
             heading_rad: ringwing_flight::wrap(start.heading_deg.to_radians()),
         };
         Self {

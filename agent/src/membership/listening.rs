@@ -42,7 +42,7 @@ impl Side {
             || self.in_turn == Some(place)
     }
 
-    /// Whether `listened` UAVs, on both sides together, are so many that some may have to take turns.
+    /// Whether some UAVs may have to take turns if `listened` UAVs, on both sides together, are listened to.
     pub(super) fn may_take_turns(listened: usize) -> bool {
         listened > 2 * LOST_PER_SIDE
     }

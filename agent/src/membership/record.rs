@@ -29,7 +29,7 @@ pub(super) enum Silence {
 #[derive(Debug, Clone)]
 pub(super) struct MemberRecord {
     pub(super) standing: Standing,
-    /// The tick of the newest state that was received of it.
+    /// The tick of the newest state that was received from it.
     newest_state: Option<Tick>,
     /// The tick of its last sign of life: a new state, or a new incarnation.
     last_sign: Option<Tick>,
@@ -79,6 +79,7 @@ impl MemberRecord {
         if has_grown && now.since(self.patience_since) >= 2 * self.patience_ticks {
             let half_is_enough = 2 * SUSPICION_DIVISOR * self.longest_silence_ticks < self.patience_ticks;
             let patience_ticks = if half_is_enough { self.patience_ticks / 2 } else { self.patience_ticks };
+            // Begin a new stretch in either case: one old gap must not keep the patience long for ever.
             self.set_patience(patience_ticks, now);
         }
     }

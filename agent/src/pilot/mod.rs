@@ -86,6 +86,7 @@ impl Pilot {
             neighbours: Neighbours::new(scenario, uav, timeout_ticks),
             leader: LeaderEstimate::default(),
             slots: Slots::new(scenario, uav),
+            // Revision 0 is the whole ring, and `Slots::new` begins with that.
             revision: 0,
         }
     }
@@ -136,6 +137,7 @@ impl Pilot {
             return (control, Account::without_leader(&self.command(now, control)));
         };
         let geometry = self.slots.geometry();
+        // Only the ring neighbours have a term in the law. The agent may listen to more UAVs, to learn who is alive.
         let tracks = geometry.neighbours.map(|neighbour| self.neighbours.newest(neighbour?.0));
         let field = self.field(geometry, tracks, &leader_pose, own, now);
         let terms = self.law_terms(field, &leader, &leader_pose, senses, own);

@@ -27,12 +27,12 @@ struct GilbertState {
     is_bad: bool,
 }
 
-/// What is decided about one sample, fault by fault.
+/// What the faults of a link do to one sample, all together.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fate<T> {
     pub(super) sample: T,
     pub(super) is_lost: bool,
-    /// Whether the sample waits until no `hold` is on.
+    /// Whether the sample waits until no `hold` is active.
     pub(super) is_held: bool,
     /// The delay beyond the latency of a link without faults.
     pub(super) delay_s: f64,
@@ -40,7 +40,7 @@ pub(super) struct Fate<T> {
     pub(super) copies: u32,
 }
 
-/// All that the draws for one sample depend on, apart from their purpose.
+/// Everything that the draws for one sample depend on, except their purpose.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinkDraws {
     pub(super) seed: u64,
@@ -94,7 +94,7 @@ impl ActiveFault {
         active
     }
 
-    /// Whether it applies to what is sent in `tick`.
+    /// Whether it applies to samples that are sent in `tick`.
     pub(super) fn is_on(&self, tick: Tick) -> bool {
         self.fault.is_on(tick)
     }
@@ -104,7 +104,7 @@ impl ActiveFault {
         self.fault.impairment == LinkImpairment::Hold && self.is_on(now)
     }
 
-    /// Whether it repeats an old value in place of what is sent in `tick`.
+    /// Whether it repeats an old value in place of a sample that is sent in `tick`.
     pub(super) fn sticks(&self, tick: Tick) -> bool {
         self.fault.impairment == LinkImpairment::Stuck && self.is_on(tick)
     }
@@ -112,6 +112,7 @@ impl ActiveFault {
     /// Adds its effect to the fate of one sample.
     pub(super) fn apply<T: Sample>(&mut self, draws: LinkDraws, fate: &mut Fate<T>) {
         let rank = self.rank;
+        // Delays add up, errors add up, and one loss is enough: no fault depends on what another one did.
         match &self.fault.impairment {
             LinkImpairment::Delay(delay) => fate.delay_s += delay_s(delay, draws, rank, self.fault.begin),
             LinkImpairment::Loss(p) => fate.is_lost |= draws.happens(Purpose::Loss, rank, *p),

@@ -260,6 +260,7 @@ fn delay(words: &mut Lexer<'_>) -> Parsed<Delay> {
 /// `gilbert 1 % 10 %`: by default a bad link loses every sample and a good one none.
 fn gilbert(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     let (p, r) = (words.probability()?, words.probability()?);
+    // Neither of the two has a keyword, so a number that follows can only belong to them.
     let h = if words.is_at_number() { words.probability()? } else { 0.0 };
     let k = if words.is_at_number() { words.probability()? } else { 1.0 };
     Ok(LinkImpairment::Gilbert { p, r, h, k })
@@ -269,6 +270,7 @@ fn gilbert(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
 fn bias(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     const NAMES: [&str; 3] = ["x", "y", "heading"];
     let (mut x_m, mut y_m, mut heading_rad) = (0.0, 0.0, 0.0);
+    // The first name is required, so `choose` reports a missing one. The others are optional.
     let mut next = Some(words.choose(&NAMES)?);
     while let Some(name) = next {
         match name {

@@ -144,9 +144,11 @@ impl Links {
 
     fn includes_leader_link(&self, to: u32) -> bool {
         match self {
+            // `all->3` means all agents; the leader has a name of its own.
             Self::From(sender, receiver) => *sender == Sender::Leader && receiver.includes(to),
             Self::All => true,
             Self::Isolate(uav) => *uav == to,
+            // These name UAVs only: all groups of a partition still hear the leader.
             Self::Between(..) | Self::Partition(_) => false,
         }
     }
@@ -160,6 +162,7 @@ impl Links {
             Self::All => true,
             Self::Partition(groups) => {
                 let group = |uav| groups.iter().position(|group| group.contains(&uav));
+                // A UAV in no group has no other side to be cut off from.
                 group(from).zip(group(to)).is_some_and(|(from, to)| from != to)
             }
             Self::Isolate(uav) => *uav == from || *uav == to,

@@ -71,6 +71,7 @@ fn collect_keys(value: &DeValue<'_>, key: &str, keys: &mut Vec<String>) {
                 collect_keys(value.get_ref(), &key::join(key, name.get_ref()), keys);
             }
         }
+        // The keys of such a list contain an index, so no shorter form can stand for them.
         list if is_section_list(list) => {}
         _ => keys.push(key.to_owned()),
     }

@@ -52,6 +52,7 @@ fn unknown_setting(key: &str) -> String {
 
 /// The known key nearest to `name`: one that differs only in its unit, or else the most similar one.
 fn nearest(name: &str, known: &[String]) -> Option<String> {
+    // Look for another unit first: by its letters, a key with a wrong unit may resemble a different key more.
     let other_unit = known.iter().find(|key| key::differs_only_in_unit(name, key::name(key)));
     other_unit.or_else(|| spelling::nearest(name, known, |known| key::name(known))).cloned()
 }

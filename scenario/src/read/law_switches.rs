@@ -27,6 +27,7 @@ pub(super) fn law(tree: &DeValue<'_>) -> Law {
 
 /// Removes the law's switches from `tree`, apart from those in `keys`.
 pub(super) fn remove_except(tree: &mut DeValue<'_>, keys: &[String]) {
+    // A file may have a plain value in place of a section. `fit` reports that later.
     let DeValue::Table(root) = tree else { return };
     let Some(DeValue::Table(control)) = root.get_mut("control").map(Spanned::get_mut) else { return };
     for (name, _) in &switches() {

@@ -169,6 +169,7 @@ impl<'s> ScenarioReader<'s> {
             match self.apply(index, setting, tree) {
                 Ok(key) => keys.push(key),
                 Err(message) => {
+                    // This override has put no value into the tree, so it needs a position of its own.
                     let position = self.origins.new_span(index).start;
                     self.report(Some(position), Some(setting.key.clone()), message);
                 }
@@ -241,6 +242,7 @@ impl<'s> ScenarioReader<'s> {
     /// Whether `key` or a section around it has been reported.
     fn is_wrong(&self, key: &str) -> bool {
         let includes = |wrong: &String| {
+            // The dot tells a section from a longer name that begins in the same way.
             key.strip_prefix(wrong.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
         self.wrong_keys.iter().any(includes)

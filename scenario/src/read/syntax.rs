@@ -18,6 +18,7 @@ pub(super) fn syntax_error(text: &str, position: usize, reason: &str) -> String 
         Some(first) if first.is_ascii_digit() || "+-.".contains(first) => {
             "this is not a value: give a number with a decimal point and without a unit, such as 90.0".into()
         }
+        // The parser accepts `true` and `false`, so this must be text.
         Some(first) if first.is_alphabetic() => "this is not a value: put text in quotes".into(),
         _ => format!("this is not TOML: {reason}"),
     }

@@ -23,6 +23,8 @@ pub(super) fn lookup<'t, 'a>(tree: &'t DeValue<'a>, key: &str) -> Lookup<'t, 'a>
     let mut found = Lookup { position: None, value: Some(tree) };
     for part in key.split('.') {
         let inner = found.value.and_then(|value| child(value, part));
+        // Keep the position of the last part that exists: a message about a missing key then names the line of its
+        // section.
         found.position = inner.map(|(position, _)| position).or(found.position);
         found.value = inner.map(|(_, value)| value);
     }

@@ -230,6 +230,7 @@ fn faults(scenario: &Scenario) -> Vec<Violation> {
         violations.extend(quantity(&format!("faults.{index}.at_s"), fault.at_s).not_below_zero());
         if let Some(reason) = fault.action.refusal(scenario.formation.uavs) {
             let action_key = format!("faults.{index}.do");
+            // The number of UAVs may be to blame: an override can make the swarm too small for the faults of the file.
             violations.push(Violation::at(action_key, &*reason).or_at("formation.uavs", reason));
         }
     }
