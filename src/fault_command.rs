@@ -64,6 +64,8 @@ fn ask(domain: &Domain, request: &str) -> std::io::Result<String> {
     let mut stream = UnixStream::connect(domain.request_path())?;
     writeln!(stream, "{request}")?;
     let mut answer = String::new();
+    // This needs no timeout: the launcher closes the connection when it has answered, and the kernel does when it
+    // ends.
     stream.read_to_string(&mut answer)?;
     Ok(answer)
 }

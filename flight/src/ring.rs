@@ -70,6 +70,7 @@ impl LivingRing {
         let living = || (1..=self.formation.count()).filter(|number| lives(*number));
         let changes = self.on_loss.is_some() && !living().eq(self.living.iter().copied());
         if changes {
+            // In ascending order, as the searches below require.
             self.living = living().collect();
             self.spread();
         }

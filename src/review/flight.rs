@@ -103,6 +103,7 @@ impl LoggedFlight {
             return;
         }
         self.times_s.push(time_s);
+        // From here on every column gets one value, so that all stay as long as `times_s`.
         for (columns, uav) in self.uavs.iter_mut().zip(&tick.frame.uavs) {
             columns.take(uav);
         }
@@ -196,6 +197,7 @@ fn failures<R: std::io::Read + std::io::Seek>(reader: &Reader<R>, flight: &Logge
     match reader.result().and_then(|result| result.get("verdict")).map(String::as_str) {
         None => failures.push(format!("the log breaks off at {last_s:.2} s of {whole_s:.2} s")),
         Some("failed") => failures.push(format!("the flight was ended at {last_s:.2} s of {whole_s:.2} s")),
+        // Whether a whole flight met its requirements is judged again, from the measures.
         Some(_) => {}
     }
     failures

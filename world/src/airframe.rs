@@ -120,8 +120,8 @@ impl Airframe {
         if command.uav != self.uav {
             return Err(Refusal::NotItsOwn);
         }
-        // Check this first: a withheld command has no numbers to check, and it is no error even after the UAV has
-        // vanished.
+        // Check this before the rest: a withheld command has no numbers to check, and it is no error even after the UAV
+        // has vanished.
         if command.withheld != 0 {
             return Ok(());
         }

@@ -130,7 +130,7 @@ pub struct MembershipSection {
 
 impl Default for MembershipSection {
     fn default() -> Self {
-        // At 5 s a ring closes sooner, and its UAVs stay farther apart, than with slots that jump.
+        // At 5 s a ring closes sooner than with slots that jump, and after most losses its UAVs stay farther apart.
         Self { loss_timeout_s: 1.0, on_loss: OnLoss::KeepSpacing, slots_move_s: 5.0 }
     }
 }

@@ -227,7 +227,7 @@ impl<'s> ScenarioReader<'s> {
 
     /// Reports a violation at the key that the user set last among its keys: in an override, else in the file.
     fn report_violation(&mut self, violation: Violation, given: &DeValue<'_>) {
-        // A given value is blamed before a default, and an override before the file.
+        // Blame a default only if the user gave none of the values.
         let rank = |key: &str| {
             let found = lookup(given, key);
             let in_override = found.position.is_some_and(|position| self.origins.setting(position).is_some());
