@@ -2,6 +2,7 @@
 //!
 //! Never touches anything whose launcher or benchmark is still running.
 
+use crate::tell;
 use std::process::ExitCode;
 
 /// Removes every domain without a launcher and every scratch folder without a benchmark.
@@ -12,10 +13,10 @@ pub(crate) fn run() -> anyhow::Result<ExitCode> {
     let folders = folders.iter().map(|folder| folder.display().to_string());
     let removed: Vec<String> = domains.iter().map(ToString::to_string).chain(folders).collect();
     for one in &removed {
-        println!("removed {one}");
+        tell(&format!("removed {one}"));
     }
     if removed.is_empty() {
-        println!("nothing to remove");
+        tell("nothing to remove");
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -53,11 +53,13 @@ impl ComparedQuantity {
 fn quantities(flight: &LoggedFlight) -> BTreeMap<String, Value> {
     let summary = serde_json::from_str(&flight.summary.to_json()).unwrap_or_default();
     let mut quantities = flattened(&summary);
+    // These differ between any two runs and say nothing about the flights.
     quantities.retain(|name, _| !["log", "command"].contains(&name.as_str()));
     quantities
 }
 
 fn compared(a: &BTreeMap<String, Value>, b: &BTreeMap<String, Value>) -> Vec<ComparedQuantity> {
+    // A quantity that only one flight has, such as an obstacle's clearance, gets a row too.
     let names: BTreeSet<&String> = a.keys().chain(b.keys()).collect();
     let of = |flight: &BTreeMap<String, Value>, name: &str| flight.get(name).cloned().unwrap_or_default();
     let compare = |name: &String| ComparedQuantity { name: name.clone(), a: of(a, name), b: of(b, name) };

@@ -24,6 +24,7 @@ pub(crate) struct FaultArgs {
 
 /// The domain that `text` names, alone or at the end of a run's folder.
 fn domain(text: &str) -> Result<DomainId, String> {
+    // The folder of a run is called NAME-ID, and the name of a domain contains no dash.
     let name = text.trim_end_matches('/').rsplit(['/', '-']).next().unwrap_or(text);
     name.parse()
 }
@@ -40,10 +41,12 @@ pub(crate) fn run(args: &FaultArgs) -> anyhow::Result<ExitCode> {
     let domain = Domain::join(&args.run)?;
     let answer = ask(&domain, &request)
         .with_context(|| format!("domain {}: its launcher does not answer", args.run))?;
+    // A launcher that ends closes the connection without an answer.
     if answer.is_empty() {
         anyhow::bail!("domain {}: the run ended before the fault was applied", args.run);
     }
     tell(answer.trim_end());
+    // This prefix is all that programs may read of an answer; the rest is for people.
     Ok(if answer.starts_with("refused: ") { ExitCode::from(FAILED) } else { ExitCode::SUCCESS })
 }
 
@@ -61,6 +64,8 @@ fn ask(domain: &Domain, request: &str) -> std::io::Result<String> {
     let mut stream = UnixStream::connect(domain.request_path())?;
     writeln!(stream, "{request}")?;
     let mut answer = String::new();
+    // This needs no timeout: the launcher closes the connection when it has answered, and the kernel does when it
+    // ends.
     stream.read_to_string(&mut answer)?;
     Ok(answer)
 }

@@ -90,6 +90,7 @@ struct WrongUsage(String);
 fn main() -> ExitCode {
     // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
+    // Let clap parse the default verb too, so that the defaults of `run` are written down only once.
     let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
     let (who, result) = match verb {
@@ -111,6 +112,7 @@ fn main() -> ExitCode {
         Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
     };
     result.unwrap_or_else(|error| {
+        // All processes of a run write to the same terminal, so each says who it is.
         eprintln!("ringwing: {who}{error}");
         let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
         ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })

@@ -56,6 +56,7 @@ fn losses(recovered: &RecoveredLog) -> Vec<String> {
     for damage in &recovered.damages.listed {
         losses.push(format!("{} bytes at byte {}: {}", damage.bytes, damage.offset, damage.problem));
     }
+    // All damages are counted, but only the first ones are listed.
     let unlisted = recovered.damages.count - recovered.damages.listed.len() as u64;
     if unlisted > 0 {
         losses.push(format!("and {unlisted} more damaged parts, {} bytes in all", recovered.damages.bytes));

@@ -39,7 +39,7 @@ pub(crate) struct RunArgs {
     /// Control law: `paper` as written, or `resilient`, which copes with losses and delays
     #[arg(long, value_parser = ["paper", "resilient"])]
     law: Option<String>,
-    /// Number of UAVs; those without a start state in the scenario start at random places
+    /// Number of UAVs; all start at random places unless the scenario lists this many starts
     #[arg(long, value_name = "NUMBER")]
     uavs: Option<u32>,
     /// Simulated duration of the flight
@@ -140,6 +140,7 @@ fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
 
 /// The command that repeats the run, with its seed.
 fn command(args: &RunArgs, seed: u64) -> String {
+    // `--by-hand` is not repeated: nobody may be there to start the processes.
     let program = std::env::args().next().unwrap_or_else(|| "ringwing".into());
     let mut words = vec![program, "run".into(), args.scenario.clone()];
     for setting in &args.settings {

@@ -2,8 +2,12 @@
 //!
 //! Never starts a process.
 
+use crate::tell;
 use ringwing_scenario::{Scenario, Source, preset, start};
-use std::process::ExitCode;
+use std::{
+    io::{self, Write},
+    process::ExitCode,
+};
 
 /// What to do with scenarios.
 #[derive(Debug, clap::Subcommand)]
@@ -27,19 +31,21 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
     match verb {
         ScenarioVerb::List => {
             for preset in preset::all() {
-                println!("{:12} {}", preset.name, preset.description);
+                tell(&format!("{:12} {}", preset.name, preset.description));
             }
         }
-        ScenarioVerb::Show { scenario } => print!("{}", Source::find(scenario)?.text),
+        ScenarioVerb::Show { scenario } => {
+            let text = Source::find(scenario)?.text;
+            // Unlike `tell`, this adds no line break: the output is the scenario, byte for byte.
+            let _ = io::stdout().write_all(text.as_bytes());
+        }
         ScenarioVerb::Check { scenario } => {
             let source = Source::find(scenario)?;
             let scenario = Scenario::read(&source, &[])?;
             // Drawing start states can fail too: many UAVs may not fit into a small area.
             start::states(&scenario)?;
-            println!(
-                "{}: {} UAVs, {} s: nothing is wrong",
-                source.name, scenario.formation.uavs, scenario.time.duration_s
-            );
+            let (uavs, duration_s) = (scenario.formation.uavs, scenario.time.duration_s);
+            tell(&format!("{}: {uavs} UAVs, {duration_s} s: nothing is wrong", source.name));
         }
     }
     Ok(ExitCode::SUCCESS)

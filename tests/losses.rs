@@ -245,7 +245,7 @@ fn a_frozen_recorder_holds_up_the_flight_for_a_bounded_time() {
     let mut run = Swarm::fly("paper-4.1").with("--duration 300 --set answer_timeout_s=0.2").start();
     run.wait_for_second(5.0);
     let recorder = run.signal(Part::Recorder, Signal::STOP);
-    run.wait_for_line("the recorder does not fetch what there is");
+    run.wait_for_line("the recorder has stopped reading");
     run.wait_for_second(100.0);
     send(recorder, Signal::CONT);
     let run = run.finish();

@@ -58,7 +58,7 @@ pub struct Chart {
     pub y: &'static str,
     /// The lines; later ones cover earlier ones.
     pub lines: Vec<Curve>,
-    /// Whether one unit is equally long on both axes.
+    /// Whether a unit has the same length on both axes.
     pub is_map: bool,
     /// What the numbers along the horizontal axis mean.
     pub x_scale: Scale,
@@ -76,6 +76,8 @@ impl Chart {
         let points = || self.lines.iter().flat_map(|line| line.points.iter().flatten());
         let mut x = Extent::of(points().map(|(x, _)| *x));
         let mut y = Extent::of(points().map(|(_, y)| *y));
+        // The axis spans at least a fifth of the largest value. On a closer view, rounding noise would look like a
+        // signal.
         y = y.padded(0.06, 0.2 * y.low.abs().max(y.high.abs()));
         let mut height = HEIGHT;
         if self.is_map {
@@ -153,6 +155,7 @@ type PlotContext<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Ax
 fn draw_stretch(plot: &mut PlotContext, line: &Curve, points: Vec<(f64, f64)>) -> Result<(), DrawingError> {
     // 1.5 pixels wide: the grid's lines are 1 pixel wide.
     let style = line.colour.stroke_width(2 * SCALE - SCALE / 2);
+    // Drop the entry that each series makes for the legend of plotters: the chart draws its own legend.
     match line.stroke {
         Stroke::Solid => drop(plot.draw_series(LineSeries::new(points, style))?),
         Stroke::Dotted => {
@@ -188,6 +191,7 @@ fn thinned(points: &[Option<(f64, f64)>], most: usize) -> Vec<Option<(f64, f64)>
     if points.len() <= most {
         return points.to_vec();
     }
+    // Each interval keeps two points.
     let interval = points.len().div_ceil(most / 2);
     let mut kept = Vec::with_capacity(most + 2);
     for interval in points.chunks(interval) {
@@ -199,6 +203,7 @@ fn thinned(points: &[Option<(f64, f64)>], most: usize) -> Vec<Option<(f64, f64)>
         both.sort_by_key(|(index, _)| *index);
         both.dedup_by_key(|(index, _)| *index);
         kept.extend(both.into_iter().map(|(_, point)| Some(point)));
+        // A break moves to the end of its interval, which is too short a way to be seen.
         if interval.iter().any(Option::is_none) {
             kept.push(None);
         }

@@ -44,6 +44,7 @@ impl Scale {
         match self {
             Self::Linear => short(value),
             Self::Powers if is_whole => format!("1e{}", value.round()),
+            // Between two powers a label would be hard to read, such as 1e-2.5.
             Self::Powers => String::new(),
             Self::Log => short(10_f64.powf(value)),
             Self::Shares => percentile(value),
@@ -112,6 +113,7 @@ fn decade_ticks(extent: Extent, factors: &[f64]) -> Vec<f64> {
 fn short(value: f64) -> String {
     let text = format!("{value:.4}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
+    // A small negative number is rounded to -0.
     if short == "-0" { "0".into() } else { short.into() }
 }
 

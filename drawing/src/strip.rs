@@ -66,6 +66,7 @@ fn draw_row(area: &Canvas, row: &StripRow, top: u32, key: ColourKey) -> Result<(
     let cells: usize = row.groups.iter().map(Vec::len).sum();
     let gaps = row.groups.len().saturating_sub(1) as f64 * GAP;
     let width = (f64::from(WIDTH - NAMES - 10) - gaps) / cells.max(1) as f64;
+    // Add up unrounded widths and round each edge: rounded widths would add up to a visible error over a row.
     let mut left = f64::from(NAMES);
     for group in &row.groups {
         for value in group {

@@ -15,6 +15,8 @@ impl Draws {
     /// The draws of `seed` at `moment` for the purpose that `words` identifies. If any of the three differs, so do all
     /// draws.
     pub fn new(seed: u64, words: [u64; 3], moment: u64) -> Self {
+        // The seed and the three words fill the 256 bits of ChaCha's key, and the moment is its stream number. So
+        // every combination has its own stream, without any hashing that could make two of them equal.
         let mut key = [0; 32];
         for (place, word) in key.chunks_exact_mut(8).zip([seed, words[0], words[1], words[2]]) {
             place.copy_from_slice(&word.to_le_bytes());
@@ -34,6 +36,7 @@ impl Draws {
 
     /// A Gaussian number of mean 0 and standard deviation 1, by the transform of Box and Muller.
     pub fn normal(&mut self) -> f64 {
+        // `uniform` can be 0 but not 1, and the logarithm needs a number above 0.
         let (radius, angle) = (1.0 - self.uniform(), std::f64::consts::TAU * self.uniform());
         (-2.0 * libm::log(radius)).sqrt() * libm::cos(angle)
     }
@@ -41,6 +44,8 @@ impl Draws {
     /// A number of the Lomax distribution, a Pareto tail that begins at 0, with this `mean` and a `shape` above 1. A
     /// smaller shape makes the tail longer.
     pub fn tail(&mut self, mean: f64, shape: f64) -> f64 {
+        // The inverse of the distribution function at a uniform number. The mean of a Lomax distribution is scale /
+        // (shape - 1).
         let scale = mean * (shape - 1.0);
         scale * (libm::pow(1.0 - self.uniform(), -1.0 / shape) - 1.0)
     }

@@ -42,6 +42,7 @@ impl Formation {
 
     /// The radius of a ring of `count` slots with the same spacing. A single slot is in the centre.
     pub(crate) fn radius_of_m(&self, count: u32) -> f64 {
+        // The sine of the rounded pi is not zero, so the formula would give a radius of about 1e17 m.
         if count == 1 {
             return 0.0;
         }

@@ -60,6 +60,7 @@ impl Part {
     /// The part's place, from 0, in arrays that hold one entry for each part.
     pub fn index(self) -> usize {
         match self {
+            // These three come first, so that a UAV's place does not depend on the size of the swarm.
             Self::World => 0,
             Self::Leader => 1,
             Self::Recorder => 2,

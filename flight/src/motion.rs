@@ -41,6 +41,7 @@ pub fn wrap(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {
         return angle_rad;
     }
+    // The remainder is in [-pi, pi]; -pi itself belongs to the other end.
     let turned = libm::remainder(angle_rad, TAU);
     if turned <= -PI { turned + TAU } else { turned }
 }

@@ -1,6 +1,7 @@
-//! Whether a process of the run is there, and what a process fault does to it.
+//! Whether a process of the run is running, frozen or gone, and what a process fault makes of that.
 //!
-//! The launcher and the simulation both judge faults by this. Never knows what a process does: only whether it runs.
+//! The launcher and the simulation both judge faults by these rules. Never knows what a process does, only whether it
+//! runs.
 
 use crate::ProcessAction;
 
@@ -11,7 +12,7 @@ pub enum ProcessState {
     Running,
     /// Stopped by SIGSTOP: keeps its memory and answers nothing.
     Frozen,
-    /// Not there.
+    /// Has ended, or was never started.
     Gone,
 }
 
@@ -22,12 +23,14 @@ impl ProcessState {
         match (action, self) {
             (Start, Self::Gone) | (Thaw, Self::Frozen) => Ok(Self::Running),
             (Start, _) => Err("is there already"),
+            // All other actions need a process.
             (_, Self::Gone) => Err("is gone already"),
             (Thaw, Self::Running) => Err("is not frozen"),
             (Freeze, Self::Frozen) => Err("is frozen already"),
             // A frozen process does not handle the signal until it is thawed.
             (Stop, Self::Frozen) => Err("is frozen: thaw or kill it"),
             (Freeze, Self::Running) => Ok(Self::Frozen),
+            // SIGKILL ends a frozen process as well.
             (Kill { .. } | Stop, _) => Ok(Self::Gone),
         }
     }

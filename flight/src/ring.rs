@@ -58,17 +58,19 @@ pub struct LivingRing {
 impl LivingRing {
     /// The ring while all UAVs are alive. Without `on_loss` it stays whole, whichever UAVs are lost.
     pub fn whole(formation: Formation, on_loss: Option<OnLoss>) -> Self {
+        // A whole ring takes its slots from the formation, so `first_rad` has no meaning in it.
         let living = (1..=formation.count()).collect();
         Self { formation, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
     }
 
-    /// Changes to the ring of the UAVs for which `lives` is true; returns whether that is another ring than before.
+    /// Changes to the ring of the UAVs for which `lives` is true; returns whether the ring has changed.
     ///
     /// Without `on_loss` nothing changes.
     pub fn reform(&mut self, lives: impl Fn(u32) -> bool) -> bool {
         let living = || (1..=self.formation.count()).filter(|number| lives(*number));
         let changes = self.on_loss.is_some() && !living().eq(self.living.iter().copied());
         if changes {
+            // In ascending order, as the searches below require.
             self.living = living().collect();
             self.spread();
         }
@@ -76,6 +78,7 @@ impl LivingRing {
     }
 
     fn spread(&mut self) {
+        // In any other ring all UAVs have their original slots, and nothing reads these two numbers.
         if self.is_evenly_spread() {
             let formation = &self.formation;
             self.radius_m = match self.on_loss {
@@ -111,12 +114,14 @@ impl LivingRing {
         }
     }
 
-    /// The living UAVs before and after UAV `number` in the ring, whether that one is alive or not; `None` if no other
-    /// is left.
+    /// The living UAVs before and after UAV `number` in the ring, whether that UAV is alive or not; `None` if no other
+    /// UAV is left.
     pub fn neighbours(&self, number: u32) -> [Option<u32>; 2] {
+        // A lost UAV has neighbours too: `place` is where it would be if it were alive.
         let place = self.living.partition_point(|living| *living < number);
         let after = place + usize::from(self.has(number));
         let count = self.living.len();
+        // With nobody alive there is no place to find; `max` only prevents the division by zero.
         let at = |place: usize| self.living.get(place % count.max(1)).copied();
         [at(place + count.saturating_sub(1)), at(after)].map(|one| one.filter(|one| *one != number))
     }
@@ -150,6 +155,8 @@ impl LivingRing {
     /// If one UAV kept its original bearing, the first one's would follow. The sum of squares is smallest at the mean
     /// of these over all the living.
     fn least_turned_rad(&self) -> f64 {
+        // A plain mean is right here. Bearings are not wrapped, so there is no jump at pi that would need a circular
+        // mean.
         let first =
             |(place, number): (usize, &u32)| self.formation.bearing_rad(*number) + self.step_rad(place);
         self.living.iter().enumerate().map(first).sum::<f64>() / self.living.len() as f64

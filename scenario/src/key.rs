@@ -91,6 +91,7 @@ pub(crate) fn with_unit(key: &str, value: f64) -> String {
 /// Whether the names `wrong` and `known` differ only in their unit: `speed_max_km_h` or `speed_max` for
 /// `speed_max_m_s`.
 pub(crate) fn differs_only_in_unit(wrong: &str, known: &str) -> bool {
+    // Whatever follows the stem of the known key must consist of words for units.
     let stem = unit(known).and_then(|unit| known.strip_suffix(unit.suffix)).unwrap_or(known);
     let ending = wrong.strip_prefix(stem).filter(|_| wrong != known);
     ending.is_some_and(|ending| ending.is_empty() || ending.strip_prefix('_').is_some_and(is_unit))

@@ -22,6 +22,7 @@ const TRIES: u32 = 10_000;
 /// # Errors
 /// The box has no room for a UAV; the message names the keys to change.
 pub fn states(scenario: &Scenario) -> Result<Vec<StartState>, ScenarioError> {
+    // Validation has checked that these collide with nothing.
     if !scenario.start.uavs.is_empty() {
         return Ok(scenario.start.uavs.clone());
     }
@@ -67,6 +68,7 @@ impl<'s> StartBox<'s> {
             middle: Point2::from(scenario.leader.start_m) + ahead * (draw.ahead_radii * radius),
             along: ahead * (draw.length_radii * radius),
             across: Vector2::new(-ahead.y, ahead.x) * (draw.width_radii * radius),
+            // With a smaller separation, a flight could begin with a collision.
             separation_m: draw.separation_m.max(scenario.airframe.collision_distance_m),
         }
     }
@@ -89,6 +91,7 @@ impl<'s> StartBox<'s> {
         let deviation_deg = start.draw.heading_spread_deg * (2.0 * self.draws.uniform() - 1.0);
         StartState {
             position_m: position.into(),
+            // Within one turn, as validation requires of listed starts.
             heading_deg: (leader.heading_deg + deviation_deg) % 360.0,
             speed_m_s: leader.speed_m_s,
         }

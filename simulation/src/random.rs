@@ -14,10 +14,10 @@ use std::ops::RangeInclusive;
 
 /// Separates these draws from those of the flight itself ("random" in ASCII). Another value gives other scenarios.
 const PURPOSE: [u64; 3] = [0x7261_6e64_6f6d, 0, 0];
-/// By the wall clock, the longest wait for an answer or for a new process. With a shorter one a busy machine could
-/// decide that the flight goes on without it.
+/// The longest wait for an answer or for a new process, by the wall clock. If it were shorter, a flight on a busy machine
+/// might go on without one.
 const PATIENCE_S: f64 = 60.0;
-/// The most faults of one flight. More hide each other: soon no agent is left that anything could happen to.
+/// The most faults of one flight. More would hide each other: soon no agent would be left to disturb.
 const FAULTS_MAX: u32 = 8;
 /// The slowest answer, in milliseconds. A slower one only makes flights of processes take longer.
 const SLOW_MAX_MS: u32 = 5;
@@ -32,6 +32,7 @@ pub fn scenario(seed: u64) -> Scenario {
         seed: seed & i64::MAX.cast_unsigned(),
         ..Scenario::default()
     };
+    // All choices come from one stream in this order. A choice that is added before others changes every scenario.
     scenario.time.duration_s = f64::from(dice.whole(5..=20));
     scenario.time.rate_hz = dice.pick(&[50, 100]);
     scenario.formation.uavs = dice.whole(3..=12);
@@ -66,7 +67,7 @@ impl Dice {
         choices[self.whole(0..=choices.len() as u32 - 1) as usize]
     }
 
-    /// True once in `count` times.
+    /// True with a probability of one in `count`.
     fn one_in(&mut self, count: u32) -> bool {
         self.whole(1..=count) == 1
     }
@@ -75,11 +76,13 @@ impl Dice {
         let law = self.pick(&[Law::Paper, Law::Resilient]);
         let LawSwitches { dead_reckoning, trust_fades, gain_fades, force_limited, ring_closes } =
             law.switches();
+        // Only the reader of scenario files sets the switches of a law, and the agents read only the switches.
         let control = &mut scenario.control;
         control.law = law;
         control.dead_reckoning = dead_reckoning;
         (control.trust_fades, control.gain_fades) = (trust_fades, gain_fades);
         (control.force_limited, control.ring_closes) = (force_limited, ring_closes);
+        // 0.1 s is five ticks at 50 Hz; validation refuses fewer than four.
         scenario.membership.loss_timeout_s = self.pick(&[0.1, 0.3, 1.0, 3.0]);
         scenario.membership.on_loss =
             self.pick(&[OnLoss::KeepSpacing, OnLoss::KeepRadius, OnLoss::KeepSlots]);
@@ -133,6 +136,7 @@ impl Dice {
             6 => ProcessFault::Restart { after_s: self.number(0.01, 3.0) },
             7 => ProcessFault::Flap { every_s: self.number(0.2, 2.0), for_s: self.number(0.2, 4.0) },
             _ => {
+                // Validation refuses a slow leader, so this fault draws no other targets than UAVs.
                 let by_s = f64::from(self.whole(1..=SLOW_MAX_MS)) / 1000.0;
                 let fault = ProcessFault::Slow { by_s, for_s: Some(self.number(0.01, 0.5)) };
                 return Action::Process { fault, targets: self.some_uavs(uavs) };
@@ -143,10 +147,11 @@ impl Dice {
     }
 
     /// A recorder that is frozen for longer may miss ticks, and whether it does depends on scheduling. One that is still
-    /// frozen at the end is killed, and the run fails for want of its report.
+    /// frozen at the end is killed, and the run fails because it has no report.
     fn recorder_freeze(&mut self, duration_s: f64) -> Fault {
         let fault = ProcessFault::Freeze { for_s: Some(self.number(0.01, 1.0)) };
         let action = Action::Process { fault, targets: Targets::Recorder };
+        // It is thawed at least one second before the end, so that it can catch up.
         Fault { at_s: self.number(0.0, duration_s - 2.0), action }
     }
 
@@ -177,6 +182,7 @@ impl Dice {
             6 => Links::Between(pair[0], pair[1]),
             7 => Links::Isolate(pair[0]),
             _ => {
+                // Each of the two groups has at least one UAV.
                 let cut = self.whole(1..=uavs - 1);
                 Links::Partition(vec![(1..=cut).collect(), (cut + 1..=uavs).collect()])
             }
@@ -219,6 +225,7 @@ impl Dice {
         let by_s = self.number(0.0, 1.0);
         match self.whole(1..=5) {
             1 => Delay::Constant { by_s },
+            // The grammar refuses a jitter, a deviation or a tail of 0.
             2 => Delay::Uniform { by_s, jitter_s: self.number(0.001, 0.5) },
             3 => Delay::Normal { by_s, deviation_s: self.number(0.001, 0.3) },
             4 => Delay::Pareto { by_s, tail_s: self.number(0.01, 0.3), shape: self.number(1.1, 4.0) },
@@ -232,7 +239,7 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
-    /// Seeds enough for the rarest choice to occur.
+    /// Enough seeds for the rarest choice to occur.
     const SEEDS: std::ops::Range<u64> = 0..300;
 
     #[test]
@@ -291,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn no_scenario_has_a_fault_that_chance_has_a_part_in() {
+    fn no_scenario_has_a_fault_whose_effect_depends_on_chance() {
         let faults = SEEDS.map(scenario).flat_map(|scenario| {
             let duration_s = scenario.time.duration_s;
             scenario.faults.into_iter().map(move |fault| (fault, duration_s))

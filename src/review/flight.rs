@@ -97,11 +97,13 @@ impl LoggedFlight {
             name: timed.event.name().into(),
             text: self.scenario.event_text(&timed.event),
         };
+        // Do this first: a tick without UAVs can have events.
         self.events.extend(tick.events.iter().map(event));
         if !tick.has_uavs() {
             return;
         }
         self.times_s.push(time_s);
+        // From here on every column gets one value, so that all stay as long as `times_s`.
         for (columns, uav) in self.uavs.iter_mut().zip(&tick.frame.uavs) {
             columns.take(uav);
         }
@@ -195,6 +197,7 @@ fn failures<R: std::io::Read + std::io::Seek>(reader: &Reader<R>, flight: &Logge
     match reader.result().and_then(|result| result.get("verdict")).map(String::as_str) {
         None => failures.push(format!("the log breaks off at {last_s:.2} s of {whole_s:.2} s")),
         Some("failed") => failures.push(format!("the flight was ended at {last_s:.2} s of {whole_s:.2} s")),
+        // Whether a whole flight met its requirements is judged again, from the measures.
         Some(_) => {}
     }
     failures
@@ -205,6 +208,7 @@ fn latency(round_trips_us: &Column) -> Option<Latency> {
     let mut sorted: Vec<f64> = round_trips_us.iter().flatten().copied().filter(|us| *us > 0.0).collect();
     sorted.sort_by(f64::total_cmp);
     let at = |share: f64| sorted.get(((sorted.len() as f64 * share) as usize).min(sorted.len() - 1)).copied();
+    // This ends the function for an empty list, so `at` never subtracts 1 from a length of 0.
     let max_us = *sorted.last()?;
     Some(Latency { p50_us: at(0.5)?, p99_us: at(0.99)?, max_us })
 }

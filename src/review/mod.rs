@@ -50,7 +50,7 @@ fn draw(flight: &LoggedFlight, folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
     let mut drawn = Vec::new();
     for figure in figures::all(flight) {
-        let svg = figure.chart.svg().map_err(|error| unwritable(folder, &error))?;
+        let svg = figure.chart.svg()?;
         write(&folder.join(format!("{}.svg", figure.name)), &svg)?;
         write(&folder.join(format!("{}.csv", figure.name)), figure.table.csv())?;
         drawn.push(DrawnFigure { name: figure.name, title: figure.title, caption: figure.caption, svg });

@@ -14,6 +14,7 @@ impl Table {
     /// A table of `columns` over time; a value that does not exist is an empty cell.
     pub(super) fn new(times_s: &Column, columns: impl Iterator<Item = (String, Column)>) -> Self {
         let (names, columns): (Vec<String>, Vec<Column>) = columns.unzip();
+        // The headings come from this program and contain no commas, so they need no quotes.
         let mut text = format!("time_s,{}\n", names.join(","));
         for (tick, time_s) in times_s.iter().enumerate() {
             push(&mut text, *time_s);

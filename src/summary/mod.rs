@@ -140,6 +140,7 @@ impl Summary {
         Self {
             start_s: Some(outcome.start_time.as_secs_f64()),
             wall_s: Some(wall_s),
+            // A run that fails before its flight has no flight time.
             real_time_factor: (wall_s > 0.0).then(|| flown.simulated_s / wall_s),
             payload_hash: world.map(|world| world.payload_hash.clone()),
             verdict: verdict(&failures, &violations),
@@ -155,6 +156,7 @@ impl Summary {
             late_max_us: world.map(|world| world.late_max_us),
             latency: world.and_then(|world| world.latency),
             log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
+            // With `--no-record` there is a recorder too, for the measures, but no log.
             log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
             command,
             ..flown
@@ -194,6 +196,7 @@ impl Summary {
             wall_s: None,
             real_time_factor: None,
             payload_hash: None,
+            // A placeholder: both callers judge the run. If one ever forgets, no run passes by mistake.
             verdict: Verdict::Failed,
             failures: Vec::new(),
             violations: Vec::new(),
@@ -240,6 +243,7 @@ fn longest_recovery_s(flight: &FlightSummary) -> Option<f64> {
 /// The failures of the run and the requirements that it violated.
 fn judged(scenario: &Scenario, outcome: &Outcome) -> (Vec<String>, Vec<String>) {
     let mut failures = outcome.failures.clone();
+    // If the run failed, the failure explains the missing report.
     if failures.is_empty() && outcome.world.is_none() {
         failures.push("the world left no report".into());
     }

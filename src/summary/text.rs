@@ -96,7 +96,7 @@ fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::
     Ok(())
 }
 
-/// Writes until when the UAVs disagreed on who is alive, if they ever did.
+/// Writes when the UAVs last disagreed on who is alive, if they ever did.
 fn write_agreement(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
     let Some(until_s) = flight.disagreed_until_s else { return Ok(()) };
     line(
@@ -143,6 +143,7 @@ impl Summary {
             let tail = format!("p99 {p99_us:.0} us, max {max_us:.0} us");
             line(f, "latency of a tick, all answers", &format!("p50 {p50_us:.0} us"), &tail)?;
         }
+        // In lockstep there are no deadlines.
         if let (true, Some(missed), Some(late_us)) = (self.real_time, self.missed_deadlines, self.late_max_us)
         {
             let reused = self.reused_commands.unwrap_or_default();
@@ -153,6 +154,7 @@ impl Summary {
     }
 
     fn write_pace(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // A log does not hold the wall-clock times of its run.
         let (Some(wall), Some(start)) = (self.wall_s, self.start_s) else { return Ok(()) };
         let factor = self.real_time_factor.map_or_else(|| "-".into(), |factor| format!("{factor:.0}x"));
         let remark = format!("{:.1} s in {wall:.2} s, after a start of {start:.2} s", self.simulated_s);

@@ -58,6 +58,8 @@ fn decode(schema: &TopicSchema, data: &[u8]) -> Option<DynamicMessage> {
 fn first_of_messages(path: &str, recorded: &DynamicMessage, flown: &DynamicMessage) -> Option<String> {
     recorded.descriptor().fields().find_map(|field| {
         let path = if path.is_empty() { field.name().to_owned() } else { format!("{path}.{}", field.name()) };
+        // Protobuf does not write a field that has its default value. Only a field with presence can really be
+        // missing.
         match (recorded.has_field(&field), flown.has_field(&field)) {
             (true, false) if field.supports_presence() => {
                 Some(format!("{path} is in the log but not in the flight"))

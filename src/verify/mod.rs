@@ -39,6 +39,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         scenario,
         out: folder.path().to_owned(),
         record: true,
+        // Wall-clock times are not compared.
         timing: false,
         by_hand: BTreeSet::new(),
         quiet: true,
@@ -77,6 +78,7 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
             "{not}: it is the log of a real-time run, which depends on the wall clock; fly the scenario in lockstep"
         );
     }
+    // Read all ticks before asking for damages, which the reader finds on the way.
     for tick in reader.ticks(&scenario) {
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
@@ -85,6 +87,7 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     if let Some(damage) = reader.damages().listed.first() {
         bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.problem);
     }
+    // Only a recorder that finished its log wrote a verdict.
     if reader.result().is_none_or(|result| result.get("verdict").is_none_or(|verdict| verdict == "failed")) {
         bail!("{not}: the flight did not complete");
     }
@@ -100,6 +103,7 @@ fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> 
         match (recorded.next(), flown.next()) {
             (None, None) => return Ok(Ok(count)),
             (Some(one), Some(other)) if is_same(&one, &other) => count += 1,
+            // All further differences may follow from the first one.
             (one, other) => return Ok(Err(Difference::between(one.as_ref(), other.as_ref()))),
         }
     }

@@ -64,6 +64,7 @@ impl Airframe {
         };
         let start_pose = Pose {
             position: Point2::from(start.position_m),
+            // A listed heading may be up to one turn, but payloads promise (-pi, pi].
             heading_rad: ringwing_flight::wrap(start.heading_deg.to_radians()),
         };
         Self {
@@ -119,6 +120,8 @@ impl Airframe {
         if command.uav != self.uav {
             return Err(Refusal::NotItsOwn);
         }
+        // Check this before the rest: a withheld command has no numbers to check, and it is no error even after the UAV
+        // has vanished.
         if command.withheld != 0 {
             return Ok(());
         }
@@ -127,11 +130,14 @@ impl Airframe {
         self.speed_m_s = command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s);
         self.turn_rate_rad_s = command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s);
         self.newest_command = Some(command.tick);
+        // Any command that is taken ends a failsafe, so that a thawed or restarted agent can fly its UAV again.
         self.mode = FlightMode::COMMANDED;
         Ok(())
     }
 
     fn check(&self, command: &Command, now: Tick) -> Result<(), Refusal> {
+        // A command as old as the timeout counts as silence: with it, the failsafe would take over in this very tick.
+        let is_expired = now.since(command.tick) >= self.abilities.timeout_ticks;
         let is_newer = self.newest_command.is_none_or(|newest| command.tick > newest);
         if !self.is_flying() {
             Err(Refusal::Vanished)
@@ -139,7 +145,7 @@ impl Airframe {
             Err(Refusal::NotFinite)
         } else if command.tick > now {
             Err(Refusal::FromTheFuture)
-        } else if !is_newer || now.since(command.tick) >= self.abilities.timeout_ticks {
+        } else if !is_newer || is_expired {
             Err(Refusal::Stale)
         } else {
             Ok(())

@@ -81,6 +81,7 @@ impl Airspace {
     /// What each UAV in the sky senses, UAV 1 first, to be sent to its agent. Each one is hashed when it is taken from
     /// the iterator, so take all of them, once a tick.
     pub fn open_tick(&mut self) -> impl Iterator<Item = Sensed> {
+        // Borrow the two apart: the iterator reads the sky while it updates the hash.
         let Self { sky, hash, .. } = self;
         let sky = &*sky;
         sky.airframes().iter().filter_map(|airframe| {
@@ -115,6 +116,7 @@ impl Airspace {
 
     fn count_commands(&self) -> CommandCounts {
         let mut counts = CommandCounts::default();
+        // An airframe in its failsafe flies on no command, neither new nor old.
         for airframe in self.sky.airframes().iter().filter(|airframe| airframe.is_commanded()) {
             if airframe.newest_command() == Some(self.now()) {
                 counts.answered += 1;

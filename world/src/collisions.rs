@@ -30,6 +30,7 @@ impl Collisions {
 
     /// The collisions that began since the last call, in the order of UAVs.
     pub(crate) fn begun(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
+        // The set sorts by UAV. Pairs are found in the order of x, and the order of events must not depend on that.
         let touching: BTreeSet<_> =
             self.pairs(airframes).into_iter().chain(self.crashes(airframes)).collect();
         let begun = touching.difference(&self.touching).copied().collect();

@@ -1,7 +1,7 @@
 //! Time, airframes, obstacles and collisions.
 //!
 //! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, [`sky`] all of
-//! them among the obstacles, and [`airspace`] what a tick does to them and the account of that. [`process`] is the
+//! them among the obstacles, and [`airspace`] what a tick does to them, with the report on the flight. [`process`] is the
 //! operating-system process that drives the airspace.
 //!
 //! Never knows the formation: where the UAVs should be is the agents' business.

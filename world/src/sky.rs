@@ -78,6 +78,7 @@ impl Sky {
             .map(|obstacle| (to_edge_m(obstacle), obstacle))
             .filter(|(distance_m, _)| *distance_m <= self.sensing_range_m)
             .collect();
+        // A stable sort: at equal distances the scenario's order decides.
         near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let mut sensed = [SensedObstacle::default(); MAX_SENSED_OBSTACLES];
         for (place, (_, obstacle)) in sensed.iter_mut().zip(&near) {
@@ -103,6 +104,7 @@ impl Sky {
             }
         }
         self.now = self.now.next();
+        // Only now are all airframes at the same tick.
         for (uav, with) in self.collisions.begun(&self.airframes) {
             let position_m = self.airframes[uav.index()].pose().position.into();
             events.push(Event::Collision { uav, with, position_m });

@@ -31,6 +31,8 @@ impl Limits {
         speed_max_m_s: f64,
         turn_rate_max_rad_s: f64,
     ) -> Result<Self, LimitsError> {
+        // Theorem 1 needs v_min > 0: it excludes the equilibrium in which a UAV heads against the leader at -v_d. The
+        // checks state what is valid and are then negated: comparisons with NaN are false, so NaN is refused.
         let speeds_are_valid =
             speed_min_m_s > 0.0 && speed_min_m_s <= speed_max_m_s && speed_max_m_s.is_finite();
         if !speeds_are_valid {
@@ -67,6 +69,7 @@ pub fn formation_control(
     heading_gain_rad_per_m: f64,
 ) -> ControlInput {
     let along = direction(heading_rad);
+    // To the left, so a force to the left turns the UAV counterclockwise, as Eq. (1) counts headings.
     let across = Vector2::new(-along.y, along.x);
     ControlInput { speed_m_s: along.dot(force), turn_rate_rad_s: heading_gain_rad_per_m * across.dot(force) }
 }

@@ -30,6 +30,7 @@ fn candidate_of(flyer: &Flyer, leader_speed_m_s: f64, leader_heading_rad: f64) -
         let stretch_m = displacement(&bond.point, &flyer.position).norm() - bond.rest_m;
         share * bond.gain * stretch_m * stretch_m
     };
+    // 1/4 instead of the 1/2 of Eq. (3), because both UAVs of a pair add the same term.
     let neighbours: f64 = previous.iter().chain(&next).map(|bond| stretched(*bond, 0.25)).sum();
     let slot = 0.5 * slot_gain * displacement(&slot, &flyer.position).norm_squared();
     let heading = leader_speed_m_s * (1.0 - libm::cos(flyer.heading_rad - leader_heading_rad));
@@ -45,6 +46,8 @@ pub fn lyapunov_rate(flyers: &[Flyer], leader_speed_m_s: f64, leader_heading_rad
         let along = direction(flyer.heading_rad);
         let across = Vector2::new(-along.y, along.x);
         let force = potential_forces(&flyer.field, &flyer.position).total();
+        // What is left of Eq. (10): the forces between two neighbours are opposite, so their products with v_d h_d
+        // cancel in the sum.
         -along.dot(&force).powi(2) - across.dot(&leader).powi(2)
     };
     flyers.iter().map(rate_of).sum()

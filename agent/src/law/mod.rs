@@ -22,6 +22,7 @@ const FARTHEST_M: f64 = 1e12;
 
 /// The vector from `from` to `to`, each component within [`FARTHEST_M`].
 fn displacement(from: &Point2<f64>, to: &Point2<f64>) -> Vector2<f64> {
+    // Finite coordinates of about 1e308 m can differ by infinity. The clamp makes that finite, too.
     (to - from).map(|component| component.clamp(-FARTHEST_M, FARTHEST_M))
 }
 

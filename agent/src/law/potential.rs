@@ -90,6 +90,7 @@ pub fn potential_forces(field: &Field, own: &Point2<f64>) -> Forces {
         previous: of_neighbour(field.previous),
         next: of_neighbour(field.next),
         centre: field.centre.force_m(own),
+        // Like the other terms it points away from where it pulls: f_i is a gradient, and Eq. (6) applies -f_i.
         slot: displacement(&field.slot, own) * field.slot_gain,
     }
 }

@@ -27,6 +27,7 @@ pub fn repulsion(gain_m: f64, obstacle: &RepulsiveObstacle, own: &Point2<f64>) -
     let Some((distance_m, outward)) = polar(&displacement(&obstacle.centre, own)) else {
         return Vector2::zeros();
     };
+    // Beyond L_obs the formula of Eq. (13) would change its sign and attract.
     if distance_m > obstacle.braking_distance_m {
         return Vector2::zeros();
     }

@@ -46,6 +46,7 @@ impl Dissemination {
             let Some(place) = rumours.get_mut(filled) else { return };
             *place = rumour;
             filled += 1;
+            // The next state continues here: all standings come round, even if they do not fit into one state.
             self.next_in_turn = index + 1;
         }
     }
@@ -55,6 +56,8 @@ impl Dissemination {
 fn add_news(members: &mut [MemberRecord], rumours: &mut [Rumour; RUMOURS]) -> usize {
     let mut filled = 0;
     for (index, member) in members.iter_mut().enumerate() {
+        // Members with lower numbers go first. They use up their copies in a few ticks, so the rest does not wait
+        // long.
         if filled == RUMOURS {
             break;
         }

@@ -26,6 +26,7 @@ impl Side {
     /// A side of `others` UAVs at `now`.
     pub(super) fn new(nearest_alive: Option<usize>, others: usize, now: Tick, timeout_ticks: i64) -> Self {
         let lost = nearest_alive.unwrap_or(others);
+        // The tick alone decides whose turn it is, so a restarted agent takes the same turns.
         let turn = (now.0 / (TURN_TIMEOUTS * timeout_ticks)).unsigned_abs() as usize;
         let beyond = lost.saturating_sub(LOST_PER_SIDE);
         let in_turn = (beyond > 0).then(|| LOST_PER_SIDE + turn % beyond);
@@ -41,7 +42,7 @@ impl Side {
             || self.in_turn == Some(place)
     }
 
-    /// Whether `listened` UAVs, on both sides together, are so many that some may have to take turns.
+    /// Whether some UAVs may have to take turns if `listened` UAVs, on both sides together, are listened to.
     pub(super) fn may_take_turns(listened: usize) -> bool {
         listened > 2 * LOST_PER_SIDE
     }

@@ -104,6 +104,7 @@ impl MembershipView {
     /// Takes in a state that was received in tick `now`: a sign of life of its sender, and its rumours.
     pub fn receive(&mut self, state: &UavState, now: Tick) {
         let numbers = 1..=self.count();
+        // These numbers come from shared memory. One outside the swarm would index past the members.
         if state.uav == self.own || !numbers.contains(&state.uav.0) {
             return;
         }
@@ -120,6 +121,7 @@ impl MembershipView {
         for direction in DIRECTIONS {
             self.watch(direction, now);
         }
+        // A loss or a return updates the list at once, in `apply_report`. Only watches and turns can change it here.
         if self.watches != self.watches_before || Side::may_take_turns(self.listened.len()) {
             self.update_listened(now);
         }
@@ -144,6 +146,7 @@ impl MembershipView {
         if uav == self.own {
             member.standing = reported.refuted();
         } else {
+            // Only the UAV itself raises its incarnation. That is a sign of life, even if the report suspects it again.
             if reported.incarnation() > member.standing.incarnation() {
                 member.refute(now, self.timeout_ticks);
             }
@@ -166,6 +169,7 @@ impl MembershipView {
             if !self.is_alive(uav) {
                 continue;
             }
+            // A UAV that was not watched in the last tick gets its whole patience from now on.
             let before = self.watches_before.iter().find(|watch| watch.uav == uav);
             let since = before.map_or(now, |watch| watch.since);
             self.watches.push(Watch { uav, since });
@@ -175,12 +179,15 @@ impl MembershipView {
                 Silence::Suspicious => member.standing.suspected(),
                 Silence::Over => member.standing.lost(),
             };
+            // Repeats every tick while the silence lasts. After the first time the standing is not newer, and nothing
+            // changes.
             self.apply_report(uav, report, now);
         }
     }
 
     /// All other UAVs in one direction, the nearest first.
     fn others(&self, direction: RingSide) -> impl Iterator<Item = UavId> + use<> {
+        // Copies, so that the iterator does not borrow the view and `watch` can change it meanwhile.
         let (own, count) = (self.own, self.count());
         let step = move |uav: &UavId| {
             Some(match direction {
@@ -200,7 +207,9 @@ impl MembershipView {
             let places = self.others(direction).enumerate();
             listened.extend(places.filter(|(place, _)| side.includes(*place)).map(|(_, uav)| uav));
         }
+        // The UAV beyond a suspect is watched too, although it is not the nearest one.
         listened.extend(self.watches.iter().map(|watch| watch.uav));
+        // In a small ring both directions lead to the same UAVs.
         listened.sort_unstable();
         listened.dedup();
         self.listened = listened;

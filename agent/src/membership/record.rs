@@ -29,7 +29,7 @@ pub(super) enum Silence {
 #[derive(Debug, Clone)]
 pub(super) struct MemberRecord {
     pub(super) standing: Standing,
-    /// The tick of the newest state that was received of it.
+    /// The tick of the newest state that was received from it.
     newest_state: Option<Tick>,
     /// The tick of its last sign of life: a new state, or a new incarnation.
     last_sign: Option<Tick>,
@@ -61,6 +61,7 @@ impl MemberRecord {
 
     /// Counts a state received in `now` as a sign of life, unless a newer state came before.
     pub(super) fn receive(&mut self, state: &UavState, now: Tick, timeout_ticks: i64) {
+        // A duplicate or an overtaken state may arrive long after its sender died, so it proves nothing.
         if self.newest_state >= Some(state.tick) {
             return;
         }
@@ -78,6 +79,7 @@ impl MemberRecord {
         if has_grown && now.since(self.patience_since) >= 2 * self.patience_ticks {
             let half_is_enough = 2 * SUSPICION_DIVISOR * self.longest_silence_ticks < self.patience_ticks;
             let patience_ticks = if half_is_enough { self.patience_ticks / 2 } else { self.patience_ticks };
+            // Begin a new stretch in either case: one old gap must not keep the patience long for ever.
             self.set_patience(patience_ticks, now);
         }
     }
@@ -101,6 +103,8 @@ impl MemberRecord {
     pub(super) fn judge_silence(&mut self, watched_since: Tick, now: Tick) -> Silence {
         let begin = self.last_sign.map_or(watched_since, |sign| sign.max(watched_since));
         let silence = now.since(begin);
+        // Multiply instead of dividing the patience: the quotient would be rounded down, and the suspicion would come
+        // too soon.
         if SUSPICION_DIVISOR * silence < self.patience_ticks {
             return Silence::Short;
         }

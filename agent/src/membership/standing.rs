@@ -17,6 +17,7 @@ impl Standing {
 
     /// Suspected in the same incarnation; a lost UAV stays lost.
     pub(super) fn suspected(self) -> Self {
+        // Only a damaged report can reach the last incarnation. Saturating keeps it from overflowing.
         self.max(Self((self.0 - self.0 % 3).saturating_add(1)))
     }
 

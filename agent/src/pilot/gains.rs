@@ -47,6 +47,7 @@ impl Gains {
     ///
     /// Far from the slot the terms of G can hold a UAV at a wrong place; without them only the slot's term is left.
     pub(super) fn formation(&self, slot_error_m: &Vector2<f64>) -> f64 {
+        // A Gaussian is flat at zero: near its slot, a UAV flies with the paper's G.
         let decayed = |reach_m: f64| libm::exp(-slot_error_m.norm_squared() / (reach_m * reach_m));
         self.formation * self.reach_m.map_or(1.0, decayed)
     }
@@ -54,6 +55,7 @@ impl Gains {
     /// The share of a neighbour's gain that is left at the age of `track`. It is 1 at an age of one tick, which every
     /// sample takes to arrive.
     pub(super) fn trust(&self, track: &PeerTrack, now: Tick) -> f64 {
+        // Never negative: a sample waits until the tick after the one in which it was sent.
         let age_s = (now.since(track.tick) - 1) as f64 * self.period_s;
         self.trust_time_s.map_or(1.0, |time_s| libm::exp(-age_s / time_s))
     }
@@ -63,6 +65,7 @@ impl Gains {
     /// Without the cap, a UAV far ahead of its slot turns round. With it, the UAV flies slowly until the formation has
     /// caught up, and reaches its slot sooner.
     pub(super) fn limited(&self, force: Vector2<f64>, leader_speed_m_s: f64) -> Vector2<f64> {
+        // The speed was received from outside. A negative cap would reverse the force.
         if self.is_force_limited { force.cap_magnitude(leader_speed_m_s.abs()) } else { force }
     }
 }

@@ -53,6 +53,8 @@ impl LeaderEstimate {
     /// Adds the jump of the prediction at a new track to the offset, and lets the offset decay.
     fn smooth(&mut self, track: &PeerTrack, pose: &Pose, now: Tick, period_s: f64) {
         if let Some(used) = self.used.filter(|used| used.tick != track.tick) {
+            // Add the jump to the offset, so that the estimate stays where it was. All slots are measured from it, and
+            // they would jump too.
             let without_news = used.along_arc(now, DeadReckoning::Full, period_s);
             self.offset += without_news.position - pose.position;
         }
@@ -60,6 +62,7 @@ impl LeaderEstimate {
         self.offset = if self.offset.norm() < SMALLEST_JUMP_M {
             Vector2::zeros()
         } else {
+            // Per second instead of per tick, so that a scenario behaves the same at another tick rate.
             self.offset * libm::pow(LEFT_AFTER_1_S, period_s)
         };
     }

@@ -86,12 +86,14 @@ impl Pilot {
             neighbours: Neighbours::new(scenario, uav, timeout_ticks),
             leader: LeaderEstimate::default(),
             slots: Slots::new(scenario, uav),
+            // Revision 0 is the whole ring, and `Slots::new` begins with that.
             revision: 0,
         }
     }
 
     /// Takes in what the UAV senses.
     pub fn receive_sensed(&mut self, senses: &Sensed) {
+        // Another UAV's senses would make the pilot steer from a wrong position.
         if senses.uav == self.uav {
             self.own.receive(senses);
         }
@@ -116,11 +118,14 @@ impl Pilot {
     ///
     /// A UAV that has not received anything from the leader yet keeps its heading and speed.
     pub fn fly(&mut self, now: Tick) -> Option<Decision> {
+        // Update the membership and the slots even without senses: the others fly on, and this UAV must agree with them
+        // when its senses return.
         self.neighbours.update(now);
         self.update_slots(now);
         let senses = *self.own.senses(now, self.timeout_ticks)?;
         let own = self.own.pose_at(&senses, now, self.dead_reckoning, self.period_s);
         let (control, account) = self.steer(&senses, &own, now);
+        // If later senses are late, the own position is predicted from what was commanded here.
         self.own.record_command(now, control);
         Some(Decision { state: self.state(now, &own, control), command: self.command(now, control), account })
     }
@@ -132,6 +137,7 @@ impl Pilot {
             return (control, Account::without_leader(&self.command(now, control)));
         };
         let geometry = self.slots.geometry();
+        // Only the ring neighbours have a term in the law. The agent may listen to more UAVs, to learn who is alive.
         let tracks = geometry.neighbours.map(|neighbour| self.neighbours.newest(neighbour?.0));
         let field = self.field(geometry, tracks, &leader_pose, own, now);
         let terms = self.law_terms(field, &leader, &leader_pose, senses, own);
@@ -158,6 +164,8 @@ impl Pilot {
         now: Tick,
     ) -> Field {
         let slot = leader.position + geometry.slot;
+        // One G for neighbours and centre, as in Eq. (3). The slot's term keeps its full gain, so that it decides
+        // where G has faded.
         let gain = self.gains.formation(&(own.position - slot));
         // A neighbour that was never received has no term.
         let bond = |place: usize| {
@@ -185,7 +193,11 @@ impl Pilot {
     ) -> LawTerms {
         let forces = potential_forces(&field, &own.position);
         let repulsion_m = self.repulsion(senses, &own.position);
+        // Only the formation's force is limited. A limited repulsion could be outweighed, and the UAV would hit the
+        // obstacle.
         let formation_force = self.gains.limited(forces.total(), leader.speed_m_s);
+        // The paper gives no formula for its "combined force" (end of Section 3.2). Eq. (13) points away from the
+        // obstacle, so f_obs is added to the force of Eq. (6), before the saturation of Eq. (12).
         let force = speed_force(leader.speed_m_s, leader_pose.heading_rad) - formation_force + repulsion_m;
         let unsaturated = formation_control(&force, own.heading_rad, self.gains.heading_rad_per_m);
         let control = saturated_control(&unsaturated, &self.limits);
@@ -230,6 +242,7 @@ impl Pilot {
             previous_age: age(tracks[0], now),
             next_age: age(tracks[1], now),
             leader_age: age(Some(leader), now),
+            // Comparing floats exactly is right here: Eq. (11) returns a value within the limits unchanged.
             speed_saturated: u16::from(control.speed_m_s != unsaturated.speed_m_s),
             turn_rate_saturated: u16::from(control.turn_rate_rad_s != unsaturated.turn_rate_rad_s),
             living: self.slots.living(),

@@ -40,6 +40,7 @@ impl Neighbours {
     /// Takes in what one of them sent, in tick `now`.
     pub(super) fn receive(&mut self, state: &UavState, now: Tick) {
         let Some(known) = self.tracks.iter_mut().find(|known| known.uav == state.uav) else { return };
+        // Check this before the membership hears of it: a damaged state is no sign of life.
         let Some(track) = PeerTrack::of_uav(state) else { return };
         known.newest.update(track);
         if let Some(membership) = &mut self.membership {
@@ -90,6 +91,8 @@ impl Neighbours {
 
     /// Drops the tracks of UAVs that it no longer listens to, and adds empty ones for new UAVs.
     fn update_tracks(&mut self) {
+        // A UAV that is listened to again must start without a track. The old one would predict it to where it never
+        // flew.
         self.tracks.retain(|known| self.listened.contains(&known.uav));
         for uav in &self.listened {
             if self.tracks.iter().all(|known| known.uav != *uav) {

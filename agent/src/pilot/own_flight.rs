@@ -46,6 +46,7 @@ impl OwnFlight {
     /// The newest senses, or `None` if nothing new has arrived for `timeout_ticks`: then the UAV must not command its
     /// airframe.
     pub(super) fn senses(&mut self, now: Tick, timeout_ticks: i64) -> Option<&Sensed> {
+        // Any newer sample counts, however old it is: late senses are not lost senses.
         if std::mem::take(&mut self.has_news) {
             self.last_news = now;
         }
@@ -71,11 +72,13 @@ impl OwnFlight {
     ) -> Pose {
         let mut pose = Pose { position: senses.position_m.into(), heading_rad: senses.heading_rad };
         let end = match reckoning {
+            // Senses arrive in their own tick, so there is no exchange of one tick for `Tick` to make up for.
             DeadReckoning::Off | DeadReckoning::Tick => senses.tick,
             DeadReckoning::Full => now,
         };
         // A failsafe ignores commands. Where they are ignored or unknown, assume that the UAV goes on as sensed.
         let mut flown = ControlInput { speed_m_s: senses.speed_m_s, turn_rate_rad_s: senses.turn_rate_rad_s };
+        // One step per tick, as the world flies, so that the prediction is exact to the bit.
         for tick in (senses.tick.0..end.0).map(Tick) {
             if senses.mode == FlightMode::COMMANDED {
                 flown = self.commanded(tick).unwrap_or(flown);
@@ -86,6 +89,7 @@ impl OwnFlight {
     }
 
     fn commanded(&self, tick: Tick) -> Option<ControlInput> {
+        // Ticks without a command have no entry: the agent was frozen, or it withheld the command. So search by tick.
         let found = self.commands.binary_search_by_key(&tick, |(tick, _)| *tick);
         found.ok().map(|place| self.commands[place].1)
     }

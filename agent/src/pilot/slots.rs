@@ -47,6 +47,7 @@ impl Slots {
         let (formation, rate_hz) = (scenario.formation(), f64::from(scenario.time.rate_hz));
         let transitions =
             UavId::all(formation.count()).map(|uav| SlotTransition::at_rest(ring.slot(uav.0))).collect();
+        // A placeholder: the geometry is computed from the rest of `Slots`.
         let geometry = SlotGeometry { slot: Vector2::zeros(), radius_m: 0.0, neighbours: [None; 2] };
         let mut slots = Self {
             own,
@@ -63,6 +64,7 @@ impl Slots {
 
     /// Starts to move the slots from where they are to their places in the ring of the UAVs that are alive.
     pub(super) fn reform(&mut self, now: Tick, is_alive: impl Fn(UavId) -> bool) {
+        // A loss during a move starts the next move from where the slots are now. Read this before the ring changes.
         let progress = self.progress(now);
         let before = self.ring.clone();
         self.ring.reform(|number| is_alive(UavId(number)));
@@ -106,6 +108,7 @@ impl Slots {
     /// The share of the move that is done, from 0 to 1.
     fn progress(&self, now: Tick) -> f64 {
         let done = now.since(self.began);
+        // A move of no duration is over at once, so nothing is divided by zero.
         if done >= self.duration_ticks || !self.is_moving {
             1.0
         } else {
@@ -114,6 +117,8 @@ impl Slots {
     }
 
     fn geometry_at(&self, progress: f64) -> SlotGeometry {
+        // The distances L and R follow the moving slots. Those of the new ring would pull UAVs out of slots that still
+        // move.
         let own = self.transitions[self.own.index()].slot(progress);
         let neighbours = self.ring.neighbours(self.own.0);
         let [previous, next] =
@@ -138,7 +143,8 @@ impl SlotTransition {
     }
 
     fn slot(&self, progress: f64) -> Slot {
-        // The end is exact: interpolation would round it.
+        // Linear, because a smooth start and end would need a faster middle, which airframes cannot follow. The end is
+        // exact: interpolation would round it.
         let between = |from: f64, to: f64| if progress >= 1.0 { to } else { from + (to - from) * progress };
         Slot {
             bearing_rad: between(self.from.bearing_rad, self.to.bearing_rad),

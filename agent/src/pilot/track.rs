@@ -69,6 +69,8 @@ impl PeerTrack {
     }
 
     fn predicted_ticks(&self, now: Tick, reckoning: DeadReckoning) -> i64 {
+        // An exchange between processes takes one tick, while the paper assumes none. `Tick` makes up for that and no
+        // more.
         let age = now.since(self.tick);
         match reckoning {
             DeadReckoning::Off => 0,

@@ -27,12 +27,12 @@ struct GilbertState {
     is_bad: bool,
 }
 
-/// What is decided about one sample, fault by fault.
+/// What the faults of a link do to one sample, all together.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fate<T> {
     pub(super) sample: T,
     pub(super) is_lost: bool,
-    /// Whether the sample waits until no `hold` is on.
+    /// Whether the sample waits until no `hold` is active.
     pub(super) is_held: bool,
     /// The delay beyond the latency of a link without faults.
     pub(super) delay_s: f64,
@@ -40,7 +40,7 @@ pub(super) struct Fate<T> {
     pub(super) copies: u32,
 }
 
-/// All that the draws for one sample depend on, apart from their purpose.
+/// Everything that the draws for one sample depend on, except their purpose.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LinkDraws {
     pub(super) seed: u64,
@@ -69,6 +69,7 @@ impl<T> Fate<T> {
 
 impl LinkDraws {
     fn stream(self, purpose: Purpose, rank: u64) -> Draws {
+        // Both ends identify the link: each direction has its own draws.
         let link = u64::from(self.route.source.number()) << 32 | u64::from(self.route.to.0);
         Draws::new(self.seed, [link, purpose as u64, rank], self.sent.0.cast_unsigned())
     }
@@ -84,6 +85,8 @@ impl ActiveFault {
         let mut active: Vec<Self> = Vec::new();
         for fault in faults.iter().filter(|fault| fault.links.includes(route.source, route.to)) {
             let kind = discriminant(&fault.impairment);
+            // Two faults of one kind must not draw the same numbers, and a fault of another kind must not shift either
+            // of them.
             let rank = active.iter().filter(|other| discriminant(&other.fault.impairment) == kind).count();
             let gilbert = GilbertState { tick: fault.begin, is_bad: false };
             active.push(Self { fault: fault.clone(), rank: rank as u64, gilbert });
@@ -91,7 +94,7 @@ impl ActiveFault {
         active
     }
 
-    /// Whether it applies to what is sent in `tick`.
+    /// Whether it applies to samples that are sent in `tick`.
     pub(super) fn is_on(&self, tick: Tick) -> bool {
         self.fault.is_on(tick)
     }
@@ -101,7 +104,7 @@ impl ActiveFault {
         self.fault.impairment == LinkImpairment::Hold && self.is_on(now)
     }
 
-    /// Whether it repeats an old value in place of what is sent in `tick`.
+    /// Whether it repeats an old value in place of a sample that is sent in `tick`.
     pub(super) fn sticks(&self, tick: Tick) -> bool {
         self.fault.impairment == LinkImpairment::Stuck && self.is_on(tick)
     }
@@ -109,6 +112,7 @@ impl ActiveFault {
     /// Adds its effect to the fate of one sample.
     pub(super) fn apply<T: Sample>(&mut self, draws: LinkDraws, fate: &mut Fate<T>) {
         let rank = self.rank;
+        // Delays add up, errors add up, and one loss is enough: no fault depends on what another one did.
         match &self.fault.impairment {
             LinkImpairment::Delay(delay) => fate.delay_s += delay_s(delay, draws, rank, self.fault.begin),
             LinkImpairment::Loss(p) => fate.is_lost |= draws.happens(Purpose::Loss, rank, *p),

@@ -80,9 +80,11 @@ impl<T: Sample> ImpairedLink<T> {
         for sample in std::mem::take(&mut self.offered) {
             self.send(sample);
         }
+        // A held sample waits for every `hold` on its link, even one that began after it was sent.
         let holds = self.faults.iter().any(|fault| fault.holds(now));
         let arrives = |one: &mut InFlight<T>| one.due <= now && !(one.is_held && holds);
         let mut arrived: Vec<_> = self.in_flight.extract_if(.., arrives).collect();
+        // The order in flight depends on when samples were polled, so sort by tick here too.
         arrived.sort_by_key(|one| (one.due, one.sample.tick()));
         let newest_usable = Tick(now.0 - self.route.latency_ticks);
         for InFlight { sample, .. } in arrived {
@@ -109,6 +111,7 @@ impl<T: Sample> ImpairedLink<T> {
         let sent = sample.tick();
         let mut fate = Fate::undisturbed(self.true_or_stuck(sample));
         let draws = LinkDraws { seed: self.seed, route: self.route, sent };
+        // The sending tick decides which faults apply. The tick of reception would depend on the other faults.
         for fault in self.faults.iter_mut().filter(|fault| fault.is_on(sent)) {
             fault.apply(draws, &mut fate);
         }
@@ -117,6 +120,7 @@ impl<T: Sample> ImpairedLink<T> {
             self.counts.lost += 1;
             return;
         }
+        // Whole ticks, because a receiver reads only once a tick.
         let delay_ticks = (fate.delay_s * f64::from(self.rate_hz)).round() as i64;
         let due = Tick(sent.0 + self.route.latency_ticks + delay_ticks);
         let Fate { sample, is_held, copies, .. } = fate;

@@ -224,6 +224,7 @@ impl Event {
             Self::Collision { .. } => "collision",
             Self::Failsafe { .. } => "failsafe",
             Self::ProcessLost { .. } => "process.lost",
+            // A thaw or a start brings a process back. The other process faults take one away, so they are warnings.
             Self::ProcessReady { .. } => "process.ready",
             Self::ProcessFrozen { .. } => "process.frozen",
             Self::ProcessThawed { .. } => "process.thawed",

@@ -76,7 +76,7 @@ fn every_event_has_its_level_name_and_text() {
          |  Warning failsafe: uav 3 flies without its agent: loiter
          |!~Error process.lost: uav 3 was killed by signal 9; its airframe goes into its failsafe
          |!~Error process.lost: uav 3 gave up (exit status 1) before the flight; its airframe goes into its failsafe
-         |!~Error process.lost: the leader has left; a new one takes over
+         |!~Error process.lost: the leader has exited; a new one takes over
          | ~Error process.lost: the recorder has ended; a new one takes over
          |! Info process.ready: leader is ready
          |!~Warning process.frozen: uav 3 is frozen (SIGSTOP)
@@ -85,8 +85,8 @@ fn every_event_has_its_level_name_and_text() {
          |! Error process.overdue: leader stayed frozen for too long; killed
          |! Warning process.silent: uav 3 has not answered for 0.2 s; flying on
          |! Warning process.silent: no replacement was ready in time; flying on
-         |  Warning recorder.silent: the recorder does not fetch what there is; flying on
-         |  Warning recorder.gap: tick 4 was lost before the recorder came
+         |  Warning recorder.silent: the recorder has stopped reading; flying on
+         |  Warning recorder.gap: tick 4 was lost before the recorder joined
          |  Warning recorder.gap: ticks 4 to 5 were lost with the recorder's predecessor
          |  Warning recorder.gap: ticks 4 to 5 were lost, whole or in part: the recorder fell behind
          |! Error ipc.connection: 2 connections of the world failed; is `ulimit -n` large enough?

@@ -30,7 +30,7 @@ impl Event {
                 format!("{part} has not answered for {waited_s:.1} s; flying on")
             }
             Self::ReplacementOverdue => "no replacement was ready in time; flying on".into(),
-            Self::RecorderSilent => "the recorder does not fetch what there is; flying on".into(),
+            Self::RecorderSilent => "the recorder has stopped reading; flying on".into(),
             Self::RecorderGap { first_tick, last_tick, cause } => gap_text(*first_tick, *last_tick, *cause),
             Self::ConnectionsFailed { count } => {
                 format!("{count} connections of the world failed; is `ulimit -n` large enough?")
@@ -50,6 +50,7 @@ impl Event {
 
 fn loss_text(part: Part, end: ProcessEnd, then: AfterLoss) -> String {
     match then {
+        // Only the leader and the recorder are ever replaced, so the article fits: a UAV's name would take none.
         AfterLoss::Replaced => format!("the {part} {end}; a new one takes over"),
         AfterLoss::Failsafe { before_flight } => {
             let when = if before_flight { " before the flight" } else { "" };
@@ -65,7 +66,7 @@ fn gap_text(first: Tick, last: Tick, cause: GapCause) -> String {
         format!("ticks {} to {} were lost", first.0, last.0)
     };
     match cause {
-        GapCause::StartedLate => format!("{ticks} before the recorder came"),
+        GapCause::StartedLate => format!("{ticks} before the recorder joined"),
         GapCause::LostWithPredecessor => format!("{ticks} with the recorder's predecessor"),
         GapCause::FellBehind => format!("{ticks}, whole or in part: the recorder fell behind"),
     }
@@ -75,7 +76,7 @@ fn gap_text(first: Tick, last: Tick, cause: GapCause) -> String {
 impl fmt::Display for ProcessEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Exited(0) => f.write_str("has left"),
+            Self::Exited(0) => f.write_str("has exited"),
             Self::Exited(status) => write!(f, "gave up (exit status {status})"),
             Self::Killed(signal) => write!(f, "was killed by signal {signal}"),
             Self::Unknown => f.write_str("has ended"),

@@ -40,6 +40,7 @@ impl AgeTicks {
 
     /// The age at `now` of data sent at `sent`; 0 if that is later.
     pub fn between(sent: Tick, now: Tick) -> Self {
+        // `u32::MAX` means "never", so no age may reach it.
         Self(u32::try_from(now.since(sent).max(0)).unwrap_or(u32::MAX - 1).min(u32::MAX - 1))
     }
 

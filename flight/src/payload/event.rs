@@ -51,6 +51,7 @@ fn json(event: &TimedEvent) -> String {
 /// Shortens `text` by at least `excess` bytes, or to the dots alone, at the end of a character.
 fn cut(text: &mut String, excess: usize) {
     let mut end = text.len().saturating_sub(excess + CUT.len());
+    // `truncate` panics within a character. This loop ends at 0 at the latest.
     while !text.is_char_boundary(end) {
         end -= 1;
     }

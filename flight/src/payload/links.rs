@@ -19,6 +19,7 @@ impl LinkSource {
 
     /// The agent of `uav`.
     pub fn uav(uav: UavId) -> Self {
+        // UAVs have numbers from 1 to 1024, so neither 0 nor the largest number is a UAV.
         Self(uav.0)
     }
 

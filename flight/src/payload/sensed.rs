@@ -84,6 +84,7 @@ pub struct Sensed {
 impl Sensed {
     /// The obstacles in range, nearest first.
     pub fn obstacles(&self) -> &[SensedObstacle] {
+        // The count comes from shared memory and may be any number.
         &self.obstacles[..(self.obstacle_count as usize).min(MAX_SENSED_OBSTACLES)]
     }
 }

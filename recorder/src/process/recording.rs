@@ -293,7 +293,7 @@ mod tests {
         recording.finish(None).unwrap();
         assert_eq!((recording.report().summary.ticks_lost, recording.report().gaps.len()), (4, 3));
         let expected = [
-            (1, "tick 0 was lost before the recorder came"),
+            (1, "tick 0 was lost before the recorder joined"),
             (6, "ticks 4 to 5 were lost, whole or in part: the recorder fell behind"),
             (8, "tick 7 was lost, whole or in part: the recorder fell behind"),
         ];

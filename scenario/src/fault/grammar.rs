@@ -113,6 +113,7 @@ fn targets(words: &mut Lexer<'_>) -> Parsed<Targets> {
         "uav" => Targets::Uavs(words.separated(uav)?),
         "random" => {
             let count = words.count("the number of UAVs to draw, such as random 2 uavs")?;
+            // Accept the singular for `random 1 uav`.
             words.choose(&["uavs", "uav"])?;
             Targets::Random(count)
         }
@@ -151,6 +152,7 @@ fn impairment_or_blackout(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
 /// `2->3`, `2<->3`, `all`, `leader->all`, `own->3`.
 fn links(words: &mut Lexer<'_>) -> Parsed<Links> {
     let sender = sender(words)?;
+    // `all` alone means every link, but `all->3` begins with the same word.
     if sender == Sender::All && words.peek() != Some("->") {
         return Ok(Links::All);
     }
@@ -158,6 +160,7 @@ fn links(words: &mut Lexer<'_>) -> Parsed<Links> {
         && words.take("<->")
     {
         let other = uav(words)?;
+        // `heal` compares links, so `3<->2` must be the same value as `2<->3`.
         return Ok(Links::Between(one.min(other), one.max(other)));
     }
     words.expect("->")?;
@@ -184,6 +187,7 @@ fn partition(words: &mut Lexer<'_>) -> Parsed<Links> {
     while words.take("|") {
         groups.push(words.braced(uav)?);
     }
+    // Only the first group of a UAV would count, so a second one must be a mistake.
     let mut named = groups.concat();
     named.sort_unstable();
     match named.windows(2).find(|pair| pair[0] == pair[1]) {
@@ -233,6 +237,7 @@ fn delay(words: &mut Lexer<'_>) -> Parsed<Delay> {
     if words.take("file") {
         return words.text("a file of delays in quotes, such as \"wifi.txt\"").map(Delay::File);
     }
+    // Without this check the error would name only a time, and not the other two forms.
     if !words.is_at_number() {
         let what = "a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"";
         return Err(words.expected(what, &["trace", "file"]));
@@ -255,6 +260,7 @@ fn delay(words: &mut Lexer<'_>) -> Parsed<Delay> {
 /// `gilbert 1 % 10 %`: by default a bad link loses every sample and a good one none.
 fn gilbert(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     let (p, r) = (words.probability()?, words.probability()?);
+    // Neither of the two has a keyword, so a number that follows can only belong to them.
     let h = if words.is_at_number() { words.probability()? } else { 0.0 };
     let k = if words.is_at_number() { words.probability()? } else { 1.0 };
     Ok(LinkImpairment::Gilbert { p, r, h, k })
@@ -264,6 +270,7 @@ fn gilbert(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
 fn bias(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     const NAMES: [&str; 3] = ["x", "y", "heading"];
     let (mut x_m, mut y_m, mut heading_rad) = (0.0, 0.0, 0.0);
+    // The first name is required, so `choose` reports a missing one. The others are optional.
     let mut next = Some(words.choose(&NAMES)?);
     while let Some(name) = next {
         match name {
@@ -283,6 +290,7 @@ fn noise(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     let mut next = Some(words.choose(&NAMES)?);
     while let Some(name) = next {
         match name {
+            // A standard deviation has no sign.
             "position" => position_m = words.length_m()?.abs(),
             _ => heading_rad = words.angle_rad()?.abs(),
         }

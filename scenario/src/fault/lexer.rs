@@ -73,6 +73,7 @@ impl<'t> Lexer<'t> {
 
     /// The error that the next word is not `what`; suggests the word in `choices` that it resembles.
     pub(super) fn expected(&self, what: &str, choices: &[&str]) -> FaultSyntaxError {
+        // Words are read in either case, but the similarity of two words depends on it.
         let lower = self.peek().map(str::to_lowercase);
         let suggestion =
             lower.and_then(|word| spelling::nearest(&word, choices.iter().copied(), |choice| choice));
@@ -100,6 +101,7 @@ impl<'t> Lexer<'t> {
     /// A time above 0, in seconds.
     pub(super) fn duration_s(&mut self) -> Parsed<f64> {
         let what = "a time above 0 of at most a day, such as 10 s";
+        // A range cannot exclude its lower end, so it begins at the smallest number above 0.
         self.quantity(what, &TIME_UNITS, f64::MIN_POSITIVE..=TIME_MAX_S)
     }
 
@@ -115,6 +117,8 @@ impl<'t> Lexer<'t> {
         let names: Vec<&str> = units.iter().map(|(name, _)| *name).collect();
         let name = self.choose(&names)?;
         let factor = units.iter().find(|(unit, _)| *unit == name).map_or(1.0, |(_, factor)| *factor);
+        // Division by 1000 gives the double nearest to what was written; multiplication by 0.001 may not. `display`
+        // relies on this for sentences that parse to the same bits.
         let value = number / factor;
         self.check(start, range.contains(&value), value, || format!("out of range, expected {what}"))
     }
@@ -148,6 +152,7 @@ impl<'t> Lexer<'t> {
 
     /// `value` if it `is_valid`, else an error at word `start`.
     fn check(&self, start: usize, is_valid: bool, value: f64, message: impl Fn() -> String) -> Parsed<f64> {
+        // The reader is already past the unit, but the mistake is in the number.
         if is_valid { Ok(value) } else { Err(self.error_at(start, message())) }
     }
 
@@ -216,6 +221,7 @@ fn first_word_bytes(text: &str) -> usize {
     let run = |from: usize, belongs: fn(char) -> bool| {
         from + text[from..].find(|c| !belongs(c)).unwrap_or(text.len() - from)
     };
+    // No exponents: `display` writes none, since Rust shows every float without one.
     let is_number = |c: char| c.is_ascii_digit() || c == '.';
     let first = text.chars().next().map_or(0, char::len_utf8);
     match text.as_bytes() {
@@ -226,6 +232,7 @@ fn first_word_bytes(text: &str) -> usize {
         [b'-' | b'+', digit, ..] if is_number(char::from(*digit)) => run(1, is_number),
         [digit, ..] if is_number(char::from(*digit)) => run(0, is_number),
         _ if text.starts_with(char::is_alphabetic) => run(first, char::is_alphabetic),
+        // A sign such as `{` or `%`, or a character that no sentence has, which the error then quotes.
         _ => first,
     }
 }

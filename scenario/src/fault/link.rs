@@ -136,6 +136,7 @@ impl Links {
     pub fn includes(&self, source: LinkSource, to: UavId) -> bool {
         match source {
             LinkSource::LEADER => self.includes_leader_link(to.0),
+            // Only `own->` names such a link: a UAV that is cut off from the others keeps its sensors.
             LinkSource::OWN => matches!(self, Self::From(Sender::Own, receiver) if receiver.includes(to.0)),
             _ => self.includes_uav_link(source.number(), to.0),
         }
@@ -143,9 +144,11 @@ impl Links {
 
     fn includes_leader_link(&self, to: u32) -> bool {
         match self {
+            // `all->3` means all agents; the leader has a name of its own.
             Self::From(sender, receiver) => *sender == Sender::Leader && receiver.includes(to),
             Self::All => true,
             Self::Isolate(uav) => *uav == to,
+            // These name UAVs only: all groups of a partition still hear the leader.
             Self::Between(..) | Self::Partition(_) => false,
         }
     }
@@ -159,6 +162,7 @@ impl Links {
             Self::All => true,
             Self::Partition(groups) => {
                 let group = |uav| groups.iter().position(|group| group.contains(&uav));
+                // A UAV in no group has no other side to be cut off from.
                 group(from).zip(group(to)).is_some_and(|(from, to)| from != to)
             }
             Self::Isolate(uav) => *uav == from || *uav == to,

@@ -27,6 +27,7 @@ impl Targets {
 }
 
 fn unknown_uav(named: &[u32], uavs: u32) -> Option<String> {
+    // The grammar has refused 0 already.
     let unknown = named.iter().find(|uav| **uav > uavs)?;
     Some(format!("there is no uav {unknown}: this run has UAVs 1 to {uavs}"))
 }

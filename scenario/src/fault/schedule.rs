@@ -125,6 +125,7 @@ impl FaultSchedule<'_> {
         for requested in self.faults {
             let Action::Process { fault, targets } = &requested.action else { continue };
             let tick = self.tick(requested.at_s);
+            // Only draws have ranks, so faults with named targets leave the draws as they are.
             let rank = draw_ticks.iter().filter(|before| **before == tick).count();
             if matches!(targets, Targets::Random(_)) {
                 draw_ticks.push(tick);
@@ -183,6 +184,7 @@ impl FaultSchedule<'_> {
     pub fn link_faults(&self) -> Vec<LinkFault> {
         let mut all: Vec<LinkFault> = Vec::new();
         let mut in_order: Vec<&Fault> = self.faults.iter().collect();
+        // A stable sort: at equal times, a `heal` ends only the faults that the scenario lists before it.
         in_order.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         for fault in in_order {
             let begin = self.tick(fault.at_s);

@@ -23,6 +23,7 @@ pub struct AirframeSection {
 impl Default for AirframeSection {
     fn default() -> Self {
         Self {
+            // The three limits of Section 4 of the paper.
             speed_min_m_s: 12.0,
             speed_max_m_s: 25.0,
             turn_rate_max_rad_s: 0.5,

@@ -50,6 +50,8 @@ impl Default for ControlSection {
             gain_reach_spacings: 0.5,
             force_limited,
             ring_closes,
+            // G of Section 4.1. The paper gives no k: below 40 a UAV hits obstacle 2 of Section 4.2, and a much larger
+            // k pushes UAVs close to each other.
             formation_gain: 2.0,
             slot_gain: 1.0,
             obstacle_gain_m: 100.0,
@@ -128,6 +130,7 @@ pub struct MembershipSection {
 
 impl Default for MembershipSection {
     fn default() -> Self {
+        // At 5 s a ring closes sooner than with slots that jump, and after most losses its UAVs stay farther apart.
         Self { loss_timeout_s: 1.0, on_loss: OnLoss::KeepSpacing, slots_move_s: 5.0 }
     }
 }

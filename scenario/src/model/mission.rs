@@ -16,6 +16,8 @@ pub struct TimeSection {
 
 impl Default for TimeSection {
     fn default() -> Self {
+        // Long enough to pass both obstacles of Section 4.2. Below 10 Hz the law no longer flies like the continuous
+        // one.
         Self { duration_s: 90.0, rate_hz: 100, real_time: false }
     }
 }
@@ -34,6 +36,8 @@ pub struct FormationSection {
 
 impl Default for FormationSection {
     fn default() -> Self {
+        // The formation of Section 4. Only with UAV 1 at the rear do the obstacles of Section 4.2 meet the UAVs that
+        // its figures show.
         Self { uavs: 6, spacing_m: 40.0, bearing_deg: 180.0 }
     }
 }
@@ -52,6 +56,7 @@ pub struct LeaderSection {
 
 impl Default for LeaderSection {
     fn default() -> Self {
+        // The speed and heading of Section 4, which gives no start.
         Self { start_m: [0.0, 0.0], heading_deg: 0.0, speed_m_s: 15.0 }
     }
 }

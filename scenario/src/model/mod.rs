@@ -86,6 +86,7 @@ impl Scenario {
 
     /// The number of the last tick.
     pub fn last_tick(&self) -> i64 {
+        // Round, because such a product may be just below a whole number: 0.29 s times 100 Hz is 28.999999999999996.
         (self.time.duration_s * f64::from(self.time.rate_hz)).round() as i64
     }
 

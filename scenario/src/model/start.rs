@@ -36,6 +36,7 @@ impl Default for DrawSection {
             width_radii: 2.0,
             ahead_radii: 0.0,
             separation_m: 10.0,
+            // 0.5 rad. The paper gives no start states.
             heading_spread_deg: 28.6,
         }
     }

@@ -71,6 +71,7 @@ fn collect_keys(value: &DeValue<'_>, key: &str, keys: &mut Vec<String>) {
                 collect_keys(value.get_ref(), &key::join(key, name.get_ref()), keys);
             }
         }
+        // The keys of such a list contain an index, so no shorter form can stand for them.
         list if is_section_list(list) => {}
         _ => keys.push(key.to_owned()),
     }
@@ -93,6 +94,7 @@ pub(super) fn remedy(key: &str, wanted: &DeValue<'_>) -> String {
         DeValue::String(text) => format!("give text in quotes, such as \"{text}\""),
         DeValue::Boolean(_) => "give true or false, without quotes".into(),
         DeValue::Array(_) if is_section_list(wanted) => format!("give one [[{key}]] section for each, or []"),
+        // The only plain lists of a scenario are positions.
         DeValue::Array(_) => format!("give two numbers{of_unit}, such as [900.0, 42.0]"),
         DeValue::Table(_) | DeValue::Datetime(_) => "give a section with its keys".into(),
     }

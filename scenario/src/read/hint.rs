@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 /// The message for the unknown key `name` in `section`, whose keys are those of `known`.
 pub(super) fn unknown_key(section: &str, name: &str, known: &DeTable<'_>) -> String {
     let here: Vec<_> = known.keys().map(|name| key::join(section, name.get_ref())).collect();
+    // Search this section first: a misspelled name is likelier than a key in the wrong section.
     match nearest(name, &here).or_else(|| nearest(name, &example::keys())) {
         // In the same section the name is enough.
         Some(key) if key::split(&key).0 == section => did_you_mean(key::name(&key)),
@@ -51,6 +52,7 @@ fn unknown_setting(key: &str) -> String {
 
 /// The known key nearest to `name`: one that differs only in its unit, or else the most similar one.
 fn nearest(name: &str, known: &[String]) -> Option<String> {
+    // Look for another unit first: by its letters, a key with a wrong unit may resemble a different key more.
     let other_unit = known.iter().find(|key| key::differs_only_in_unit(name, key::name(key)));
     other_unit.or_else(|| spelling::nearest(name, known, |known| key::name(known))).cloned()
 }

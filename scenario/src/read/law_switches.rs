@@ -27,6 +27,7 @@ pub(super) fn law(tree: &DeValue<'_>) -> Law {
 
 /// Removes the law's switches from `tree`, apart from those in `keys`.
 pub(super) fn remove_except(tree: &mut DeValue<'_>, keys: &[String]) {
+    // A file may have a plain value in place of a section. `fit` reports that later.
     let DeValue::Table(root) = tree else { return };
     let Some(DeValue::Table(control)) = root.get_mut("control").map(Spanned::get_mut) else { return };
     for (name, _) in &switches() {
@@ -44,6 +45,7 @@ pub(super) fn fill_in(tree: &mut Spanned<DeValue<'_>>) {
     for (name, value) in switches() {
         let key = key(name.get_ref());
         if lookup(tree.get_ref(), &key).value.is_none() {
+            // No message ever shows this position, because a law's own switches are never wrong.
             let added = tree::put(tree, &key, Spanned::new(0..0, value.into_inner()));
             added.expect("a tree that names a law has a section for it");
         }

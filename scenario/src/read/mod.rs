@@ -105,6 +105,7 @@ impl<'s> ScenarioReader<'s> {
         let mut tree = self.parse()?;
         let law_of_file = law_switches::law(tree.get_ref());
         let keys_set = self.apply_settings(&mut tree);
+        // Decide this now: `fit` may replace a wrong number of UAVs by the example's.
         let starts_apply = listed_starts_apply(tree.get_ref(), &keys_set);
 
         // The switches that a file sets belong to its law, so another law must not inherit them.
@@ -126,6 +127,7 @@ impl<'s> ScenarioReader<'s> {
     }
 
     fn finish(mut self, scenario: Option<Scenario>) -> Result<Scenario, ScenarioError> {
+        // Overrides have positions beyond the text, so they follow the file; problems without a position come first.
         self.problems.sort_by_key(|(position, _)| *position);
         let problems: Vec<_> = self.problems.into_iter().map(|(_, problem)| problem).collect();
         match scenario {
@@ -167,6 +169,7 @@ impl<'s> ScenarioReader<'s> {
             match self.apply(index, setting, tree) {
                 Ok(key) => keys.push(key),
                 Err(message) => {
+                    // This override has put no value into the tree, so it needs a position of its own.
                     let position = self.origins.new_span(index).start;
                     self.report(Some(position), Some(setting.key.clone()), message);
                 }
@@ -215,6 +218,7 @@ impl<'s> ScenarioReader<'s> {
 
     fn validate(&mut self, scenario: &Scenario, given: &DeValue<'_>) {
         let mut violations = validate::violations(scenario);
+        // A stand-in may violate bounds that the user's own value would keep.
         violations.retain(|violation| !violation.keys().any(|key| self.is_wrong(key)));
         for violation in violations {
             self.report_violation(violation, given);
@@ -223,6 +227,7 @@ impl<'s> ScenarioReader<'s> {
 
     /// Reports a violation at the key that the user set last among its keys: in an override, else in the file.
     fn report_violation(&mut self, violation: Violation, given: &DeValue<'_>) {
+        // Blame a default only if the user gave none of the values.
         let rank = |key: &str| {
             let found = lookup(given, key);
             let in_override = found.position.is_some_and(|position| self.origins.setting(position).is_some());
@@ -237,6 +242,7 @@ impl<'s> ScenarioReader<'s> {
     /// Whether `key` or a section around it has been reported.
     fn is_wrong(&self, key: &str) -> bool {
         let includes = |wrong: &String| {
+            // The dot tells a section from a longer name that begins in the same way.
             key.strip_prefix(wrong.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
         self.wrong_keys.iter().any(includes)

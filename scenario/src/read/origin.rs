@@ -26,6 +26,7 @@ impl<'s> Origins<'s> {
 
     /// A new span that belongs to the override with this index.
     pub(super) fn new_span(&mut self, setting: usize) -> Range<usize> {
+        // Begin one beyond the end: at the end itself, the parser reports that the text stops too soon.
         self.owners.push(setting);
         let position = self.text.len() + self.owners.len();
         position..position

@@ -45,6 +45,7 @@ impl fmt::Display for Problem {
             Place::Setting(written) => write!(f, "{written}: ")?,
         }
         if let Some(key) = &self.key {
+            // An unknown key may hold a line break, but a problem must stay on one line.
             write!(f, "{}: ", key.escape_debug())?;
         }
         f.write_str(&self.message)

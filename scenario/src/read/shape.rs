@@ -56,6 +56,7 @@ fn fit_table(table: &mut DeTable<'_>, wanted: &DeTable<'static>, key: &str, mism
             unknown.push(name.get_ref().to_string());
         }
     }
+    // The loop above borrows the table, so remove the unknown keys after it.
     for name in unknown {
         table.remove(name.as_str());
     }
@@ -63,6 +64,7 @@ fn fit_table(table: &mut DeTable<'_>, wanted: &DeTable<'static>, key: &str, mism
 
 /// Fits each section of a list of sections; unlike other sections, they have no defaults, so every key is required.
 fn fit_list(list: &mut DeArray<'_>, wanted: &DeArray<'static>, key: &str, mismatches: &mut Vec<Mismatch>) {
+    // Only lists of sections go further: `type_error` has checked the numbers of a position.
     let Some(DeValue::Table(every)) = wanted.first().map(Spanned::get_ref) else { return };
     for (index, section) in list.iter_mut().enumerate() {
         let key = format!("{key}.{index}");
@@ -94,6 +96,7 @@ fn add_missing(
 /// What is wrong with the type of `value`, or `None` if it is that of `wanted`.
 fn type_error(value: &DeValue<'_>, wanted: &DeValue<'_>) -> Option<String> {
     match (value, wanted) {
+        // A whole number will do for any number: nobody should have to write 40.0 for 40.
         (DeValue::Float(_) | DeValue::Integer(_), DeValue::Float(_)) => number_error(number(value)?),
         (DeValue::Float(float), DeValue::Integer(_)) => {
             Some(format!("{} is not a whole number", float.as_str()))

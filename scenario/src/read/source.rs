@@ -29,6 +29,7 @@ impl Source {
     /// # Errors
     /// There is neither, or the file is not a readable UTF-8 text of at most 16 MiB.
     pub fn find(wanted: &str) -> Result<Self, ScenarioError> {
+        // A preset comes before a file of the same name; a path such as `./paper-4.2` still means the file.
         let text = match preset::all().iter().find(|preset| preset.name == wanted) {
             Some(preset) => preset.text.to_owned(),
             None => read_text(wanted).map_err(|message| Problem::of_scenario(wanted, message))?,
@@ -52,6 +53,7 @@ fn read_text(path: &str) -> Result<String, String> {
 
 fn read_bytes(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
+    // Read one byte too many instead of asking for the size: pipes and devices have none.
     File::open(path)?.take(BYTES_MAX + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }

@@ -9,6 +9,7 @@ use toml::de::DeValue;
 /// Where the line has a value without quotes or with a unit, the message says what to write: the parser's own reason
 /// would mislead.
 pub(super) fn syntax_error(text: &str, position: usize, reason: &str) -> String {
+    // The parser may stop in the middle of a value, but the beginning of the value shows what the user meant.
     let before = text.get(..position).unwrap_or(text);
     let line = before.rfind('\n').map_or(0, |newline| newline + 1);
     let after_equals = before[line..].split_once('=').map(|(key, _)| line + key.len() + 1);
@@ -17,6 +18,7 @@ pub(super) fn syntax_error(text: &str, position: usize, reason: &str) -> String 
         Some(first) if first.is_ascii_digit() || "+-.".contains(first) => {
             "this is not a value: give a number with a decimal point and without a unit, such as 90.0".into()
         }
+        // The parser accepts `true` and `false`, so this must be text.
         Some(first) if first.is_alphabetic() => "this is not a value: put text in quotes".into(),
         _ => format!("this is not TOML: {reason}"),
     }

@@ -67,6 +67,14 @@ scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above
 }
 
 #[test]
+fn a_rate_of_zero_is_one_mistake() {
+    assert_eq!(
+        problems("time.rate_hz = 0", &[]),
+        "scenario \"wind.toml\", line 1: time.rate_hz: 0 Hz is outside 1 to 1000 Hz: give a value in this range"
+    );
+}
+
+#[test]
 fn an_empty_file_is_the_default_scenario() {
     assert_eq!(read("", &[]).unwrap(), Scenario::default());
     assert_eq!(read("\u{feff}formation.spacing_m = 40\r\n", &[]).unwrap(), Scenario::default());

@@ -23,6 +23,8 @@ pub(super) fn lookup<'t, 'a>(tree: &'t DeValue<'a>, key: &str) -> Lookup<'t, 'a>
     let mut found = Lookup { position: None, value: Some(tree) };
     for part in key.split('.') {
         let inner = found.value.and_then(|value| child(value, part));
+        // Keep the position of the last part that exists: a message about a missing key then names the line of its
+        // section.
         found.position = inner.map(|(position, _)| position).or(found.position);
         found.value = inner.map(|(_, value)| value);
     }
@@ -45,6 +47,7 @@ fn child<'t, 'a>(value: &'t DeValue<'a>, part: &str) -> Option<(usize, &'t DeVal
 
 /// The key of the value, other than a table or list, whose span is exactly `span`.
 pub(super) fn key_at(tree: &DeValue<'_>, span: &Range<usize>) -> Option<String> {
+    // An error of the deserializer has only a span. That is enough, because every value has a span of its own.
     let inner = |name: &str, value: &Spanned<DeValue<'_>>| match value.get_ref() {
         DeValue::Table(_) | DeValue::Array(_) => {
             key_at(value.get_ref(), span).map(|rest| key::join(name, &rest))

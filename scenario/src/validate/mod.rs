@@ -36,6 +36,7 @@ const LOSS_TICKS_MIN: u32 = 4;
 /// Everything that is impossible about `scenario`.
 pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     let mut violations = Vec::new();
+    // The order does not matter: the reader sorts the problems by their positions.
     violations.extend(name(scenario));
     violations.extend(description(scenario));
     violations.extend(time(scenario));
@@ -83,6 +84,7 @@ fn time(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     let duration = quantity("time.duration_s", scenario.time.duration_s);
     let rate = quantity("time.rate_hz", scenario.time.rate_hz);
     let bad_duration = duration.timeout(DURATION_MAX_S);
+    // A wrong duration or rate has a message of its own, and a second one would only repeat it.
     let no_tick =
         (bad_duration.is_none() && scenario.time.rate_hz > 0 && scenario.last_tick() < 1).then(|| {
             let short = format!("{} is less than one tick at {}", duration.measure(), rate.measure());
@@ -113,6 +115,7 @@ fn control(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     [
         quantity("control.formation_gain", control.formation_gain).above_zero(),
         quantity("control.slot_gain", control.slot_gain).above_zero(),
+        // Unlike the gains of Theorem 1, k may be 0: that turns the repulsion off.
         quantity("control.obstacle_gain_m", control.obstacle_gain_m).not_below_zero(),
         quantity("control.heading_gain_rad_per_m", control.heading_gain_rad_per_m).above_zero(),
         quantity("control.trust_time_s", control.trust_time_s).timeout(TIMEOUT_MAX_S),
@@ -141,7 +144,9 @@ fn membership(scenario: &Scenario) -> impl Iterator<Item = Violation> {
 fn shorter_than(time: CheckedQuantity<'_>, ticks: u32, scenario: &Scenario) -> Option<Violation> {
     let rate = quantity("time.rate_hz", scenario.time.rate_hz);
     let (span, are) = if ticks == 1 { ("1 tick".into(), "is") } else { (format!("{ticks} ticks"), "are") };
-    (time.value < f64::from(ticks) * scenario.period_s()).then(|| {
+    // A rate of 0 has a message of its own, and would make a tick infinitely long here.
+    let has_period = scenario.time.rate_hz > 0;
+    (has_period && time.value < f64::from(ticks) * scenario.period_s()).then(|| {
         let short = format!("{} is shorter than {span} at {}", time.measure(), rate.beside(time.key));
         let long = format!("at {}, {span} {are} longer than {}", rate.measure(), time.beside(rate.key));
         Violation::at(time.key, format!("{short}: give a longer time"))
@@ -173,6 +178,7 @@ fn airframe(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         // A command arrives once per tick, so a shorter timeout would trigger the failsafe of a healthy UAV.
         shorter_than(quantity("airframe.command_timeout_s", airframe.command_timeout_s), 1, scenario),
         collision.not_below_zero(),
+        // Otherwise neighbours in their slots would have collided.
         collision.below(quantity("formation.spacing_m", scenario.formation.spacing_m)),
     ]
     .into_iter()
@@ -224,6 +230,7 @@ fn faults(scenario: &Scenario) -> Vec<Violation> {
         violations.extend(quantity(&format!("faults.{index}.at_s"), fault.at_s).not_below_zero());
         if let Some(reason) = fault.action.refusal(scenario.formation.uavs) {
             let action_key = format!("faults.{index}.do");
+            // The number of UAVs may be to blame: an override can make the swarm too small for the faults of the file.
             violations.push(Violation::at(action_key, &*reason).or_at("formation.uavs", reason));
         }
     }

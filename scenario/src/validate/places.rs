@@ -40,6 +40,7 @@ pub(super) fn obstacles(scenario: &Scenario) -> Vec<Violation> {
         violations.extend(radius.above_zero());
         violations.extend(radius.below(quantity(&braking_key, obstacle.braking_distance_m)));
         violations.extend(
+            // The distance from the edge depends on the radius, so it means nothing if that is wrong.
             sensed_too_late(range, &braking_key, obstacle).map(|late| late.depending_on(&radius_key)),
         );
     }
@@ -50,6 +51,7 @@ fn obstacle_name(scenario: &Scenario, index: usize, obstacle: &ObstacleSection) 
     let key = |index| format!("obstacles.{index}.name");
     let name = &obstacle.name;
     let is_plain = name.chars().all(|c| c.is_ascii_graphic() || c == ' ');
+    // Bytes count characters here, because all other characters than ASCII are refused.
     if name.trim().is_empty() || name.len() > OBSTACLE_NAME_MAX || !is_plain {
         let message = format!(
             "{name:?} is not a name of 1 to {OBSTACLE_NAME_MAX} ASCII characters: give one, such as \"Obstacle 1\""
@@ -128,6 +130,7 @@ fn too_close(scenario: &Scenario, index: usize) -> Option<Violation> {
     let states = &scenario.start.uavs;
     let collision = quantity("airframe.collision_distance_m", scenario.airframe.collision_distance_m);
     let gap = |other: &StartState| distance(&position(other), &position(&states[index]));
+    // Look at earlier UAVs only, so that each pair is reported once.
     let other = states[..index].iter().position(|other| gap(other) < collision.value)?;
     let close = format!(
         "UAV {} starts {:.2} m from UAV {}, within {}",

@@ -94,6 +94,7 @@ impl CheckedQuantity<'_> {
 
     /// Refuses a time that is 0, or so long that it must be a mistake.
     pub(super) fn timeout(self, longest_s: f64) -> Option<Violation> {
+        // A range includes its lower end, so 0 needs a check of its own.
         self.above_zero().or_else(|| self.within(0.0..=longest_s))
     }
 

@@ -54,6 +54,7 @@ fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     // line.
     let leader = points(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
     lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
+    // One row of the legend is too short for the whole name, so it takes two rows. The legend shows equal names once.
     for (share, name) in [(0.0, "ring, start and"), (0.5, "halfway, end"), (1.0, "halfway, end")] {
         lines.push(Curve { name: name.into(), ..path(GREY, ring(flight, share)) });
     }
@@ -80,6 +81,7 @@ fn circles(obstacle: &ObstacleSection) -> [Curve; 2] {
             let (sin, cos) = (TAU * f64::from(number) / f64::from(CORNERS)).sin_cos();
             Some((obstacle.position_m[0] + radius_m * cos, obstacle.position_m[1] + radius_m * sin))
         };
+        // The last corner is the first one again and closes the circle.
         (0..=CORNERS).map(corner).collect()
     };
     let line =

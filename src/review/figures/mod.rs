@@ -27,6 +27,7 @@ const DETAIL: usize = 12_000;
 /// maximum only makes the page slower to open.
 const LINE_DETAIL: (usize, usize) = (150, 2000);
 const GREY: RGBColor = RGBColor(0x77, 0x77, 0x77);
+// Green, as in Fig. 3 of the paper.
 const LEADER: RGBColor = RGBColor(0x00, 0x80, 0x00);
 const ALARM: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
 const TIME: &str = "time, s";
@@ -43,6 +44,7 @@ pub(super) struct FlightFigure {
 
 /// All figures of a flight, without those that the log holds no data for.
 pub(super) fn all(flight: &LoggedFlight) -> Vec<FlightFigure> {
+    // First the figures of the paper, in its order, then the others.
     let mut figures = vec![map::trajectories(flight)];
     figures.extend(distances(flight));
     figures.extend(speeds(flight));

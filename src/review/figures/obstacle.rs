@@ -107,6 +107,7 @@ fn window_s(flight: &LoggedFlight, obstacle: &ObstacleSection, repelled: &[Repel
             |one: &Repelled| one.distance_m[*tick].is_some_and(|it| it < obstacle.braking_distance_m);
         repelled.iter().any(is_near)
     };
+    // Each repelled UAV was near in some tick, so both searches succeed.
     let first = (0..flight.times_s.len()).find(is_any_near).unwrap_or_default();
     let last = (0..flight.times_s.len()).rfind(is_any_near).unwrap_or_default();
     flight.times_s[first] - MARGIN_S..=flight.times_s[last] + MARGIN_S
@@ -121,6 +122,8 @@ fn close_up(flight: &LoggedFlight, number: usize, obstacle: &ObstacleSection) ->
         |(east, north): (f64, f64)| (east - x).abs() <= half_width_m && (north - y).abs() <= half_height_m;
     let mut figure = trajectories(flight);
     clip(&mut figure.chart, is_near);
+    // Leave out the rings and the leader's path, which would hide the trajectories. Only their colours tell them
+    // apart.
     figure.chart.lines.retain(|line| {
         let is_here = line.points.iter().flatten().any(|point| is_near(*point));
         is_here && line.colour != GREY && line.colour != LEADER

@@ -62,6 +62,7 @@ impl<'f> OverTime<'f> {
             points: points(&times, column),
         };
         let lines: Vec<Curve> = self.columns.iter().map(line).chain(self.levels.clone()).collect();
+        // A level has two points, so only the columns share the detail.
         let chart = Chart { x: TIME, y, detail: detail(self.columns.len()), lines, ..Chart::default() };
         let table = Table::new(&times, self.columns.into_iter().map(|(name, _, column)| (name, column)));
         FlightFigure { name: name.into(), title: title.into(), caption: caption.into(), chart, table }
@@ -83,6 +84,7 @@ impl FlightFigure {
 
 /// Columns with the largest value, the mean and the smallest value of all UAVs.
 fn extremes(flight: &LoggedFlight, get: fn(&UavColumns) -> &Column) -> Vec<(String, RGBColor, Column)> {
+    // A UAV without a value in a tick does not count in that tick.
     let of = |tick: usize| flight.uavs.iter().filter_map(move |uav| *get(uav).get(tick)?);
     let ticks = || 0..flight.times_s.len();
     let mean = |tick| {
