@@ -3,21 +3,18 @@
 use crate::harness::{Running, Swarm};
 use iceoryx2::{
     node::{Node, NodeState, NodeView},
-    prelude::{
-        CallbackProgression, Config, FilePath, NodeBuilder, SemanticString, Service, ZeroCopySend, ipc,
-    },
-    service::port_factory::{PortFactory, publish_subscribe},
+    prelude::{CallbackProgression, Config, FilePath, NodeBuilder, SemanticString, Service, ipc},
+    service::{dynamic_config::publish_subscribe, port_factory::PortFactory},
 };
 use ringwing_bus::{Stamps, Wire};
 use ringwing_flight::{
     EventMessage, FormationError, JournalEntry, JournalHeader, LinkCounts, Part, Payload, Roster, UavId,
 };
 use rustix::process::Signal;
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fmt::Debug,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
+/// How iceoryx2 stores the ports of a service.
+type Bag = <ipc::Service as Service>::Bag;
 /// Names of the nodes that write or publish to a service, and of those that read it or subscribe to it.
 type Ends = (BTreeSet<String>, BTreeSet<String>);
 
@@ -74,27 +71,25 @@ impl Inspector {
 
     fn message_ends<T: Payload>(&self, service: &str) -> Ends {
         let builder = self.node.service_builder(&service.try_into().unwrap());
-        self.channel_ends(&builder.publish_subscribe::<Wire<T>>().user_header::<Stamps>().open().unwrap())
+        let factory = builder.publish_subscribe::<Wire<T>>().user_header::<Stamps>().open().unwrap();
+        self.channel_ends(factory.dynamic_config())
     }
 
     fn journal_ends(&self) -> Ends {
         let builder = self.node.service_builder(&"journal".try_into().unwrap());
         let builder = builder.publish_subscribe::<[Wire<JournalEntry>]>();
-        self.channel_ends(&builder.user_header::<Wire<JournalHeader>>().open().unwrap())
+        let factory = builder.user_header::<Wire<JournalHeader>>().open().unwrap();
+        self.channel_ends(factory.dynamic_config())
     }
 
     /// Who publishes to a service, and who subscribes to it.
-    fn channel_ends<T, H>(&self, factory: &publish_subscribe::PortFactory<ipc::Service, T, H>) -> Ends
-    where
-        T: ZeroCopySend + Debug + ?Sized,
-        H: ZeroCopySend + Debug,
-    {
+    fn channel_ends(&self, service: &publish_subscribe::DynamicConfig<Bag>) -> Ends {
         let mut ends = Ends::default();
-        factory.dynamic_config().list_publishers(|port| {
+        service.list_publishers(|port| {
             ends.0.insert(self.names[&port.node_id.value()].clone());
             CallbackProgression::Continue
         });
-        factory.dynamic_config().list_subscribers(|port| {
+        service.list_subscribers(|port| {
             ends.1.insert(self.names[&port.node_id.value()].clone());
             CallbackProgression::Continue
         });

@@ -6,6 +6,8 @@
 //!
 //! Must never remove anything of a domain whose launcher lives.
 
+mod remains;
+
 use crate::{BusError, Gate};
 use iceoryx2::prelude::{Config, FileName, Path as IpcPath, SemanticString};
 use rustix::fs::{FlockOperation, flock};
@@ -15,7 +17,7 @@ use std::{
     os::unix::fs::{DirBuilderExt, MetadataExt},
     path::{Path, PathBuf},
     str::FromStr,
-    time::{Duration, SystemTime, UNIX_EPOCH},
+    time::{SystemTime, UNIX_EPOCH},
 };
 
 /// The folder of all domains: a tmpfs, because iceoryx2 would wait for a real disk with every service file.
@@ -25,10 +27,6 @@ const PREFIX: &str = "ringwing_";
 /// Length of a domain's name. A longer name is harder to type; with a shorter one, more runs collide and have to draw
 /// another name.
 const ID_LENGTH: usize = 6;
-/// How old a segment without a size must be to count as abandoned. A lower age removes segments that are still being
-/// created; a higher one blocks each process that opens an abandoned segment for longer.
-const STILLBORN_AGE: Duration = Duration::from_millis(100);
-
 /// The name of a domain: six lower-case letters and digits.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DomainId(String);
@@ -227,20 +225,6 @@ impl Domain {
             self.root().display(),
             self.id.segment_prefix()
         )
-    }
-
-    /// Removes segments whose creator was killed after it created the file and before it set the size.
-    ///
-    /// iceoryx2 0.10 waits for that size without a limit, in every process that opens or cleans up the segment.
-    pub fn remove_stillborn_segments(&self) {
-        for entry in entries().filter(|entry| name_of(entry).starts_with(&self.id.segment_prefix())) {
-            let Ok(meta) = entry.metadata() else { continue };
-            let age = meta.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
-            if meta.len() == 0 && meta.mode() & 0o400 == 0 && age > STILLBORN_AGE {
-                // Its creator may have removed it in between.
-                let _ = fs::remove_file(entry.path());
-            }
-        }
     }
 }
 

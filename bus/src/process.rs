@@ -31,6 +31,17 @@ pub fn die_with(launcher: u32) -> Result<(), BusError> {
     Err(BusError::system("the launcher ended before this process began")(reason))
 }
 
+/// Keeps the processes that this one starts from inheriting its open files, apart from stdin, stdout and stderr.
+///
+/// iceoryx2 opens its files without the flag for that. The launcher of a large swarm has thousands of them open, and each
+/// process would begin by copying them all.
+pub fn close_files_on_spawn() {
+    // SAFETY: the system call only sets a flag on descriptors of this process. It closes none of them here.
+    #[expect(unsafe_code, reason = "no safe wrapper of close_range exists")]
+    let _ = unsafe { libc::close_range(3, u32::MAX, libc::CLOSE_RANGE_CLOEXEC as i32) };
+    // A kernel before 5.11 does not know the flag. There the processes start as before, only more slowly.
+}
+
 /// Sets the name that `top` and `ps` show: the program itself is the same for all processes of a run.
 pub(crate) fn set_process_name(name: &str) {
     // The process works without its name as well, so ignore a failure.

@@ -23,14 +23,7 @@ pub struct WaitStrategy(Kind);
 #[derive(Debug)]
 enum Kind {
     /// Yields for a while, then sleeps.
-    Yielding {
-        /// A yield that takes longer has cost a time slice.
-        long_yield_ns: u64,
-        /// Before this time, sleep at once: yielding does not pay.
-        sleeps_until_ns: u64,
-        /// How long to sleep at once after the next yield that costs a time slice.
-        pause_ns: u64,
-    },
+    Yielding(YieldPolicy),
     /// Sleeps, but yields around the time when the end of the wait is due.
     Timed { waits_until_retry: u32, retry_after: u32 },
     /// Never sleeps.
@@ -92,8 +85,7 @@ const YIELDS_PER_SPIN: u32 = 100;
 impl WaitStrategy {
     /// For waits that end within microseconds, as in lockstep, in a run of `processes`: yields first, then sleeps.
     pub fn yielding(processes: u32) -> Self {
-        let long_yield_ns = LONG_YIELD_NS + TURN_NS * u64::from(processes_per_core(processes));
-        Self(Kind::Yielding { long_yield_ns, sleeps_until_ns: 0, pause_ns: PAUSE_MIN_NS })
+        Self(Kind::Yielding(YieldPolicy::new(processes_per_core(processes))))
     }
 
     /// For waits until a time that is known, as in real time: sleeps, and is awake around that time.
@@ -120,20 +112,13 @@ impl WaitStrategy {
             return true;
         }
         match &mut self.0 {
-            Kind::Yielding { long_yield_ns, sleeps_until_ns, pause_ns } => {
-                let start_ns = monotonic_ns();
-                if start_ns < *sleeps_until_ns {
+            Kind::Yielding(policy) => {
+                let now_ns = monotonic_ns();
+                if !policy.pays_at(now_ns) {
                     return false;
                 }
-                let outcome = yield_until(start_ns, *long_yield_ns, &condition);
-                // A wait that was merely long says nothing about the next one. Only a lost time slice does: sleep until
-                // the disturbance is likely to be over.
-                if outcome.lost_slice {
-                    *sleeps_until_ns = monotonic_ns() + *pause_ns;
-                    *pause_ns = (*pause_ns * 2).min(PAUSE_MAX_NS);
-                } else if outcome.held {
-                    *pause_ns = PAUSE_MIN_NS;
-                }
+                let outcome = yield_until(now_ns, policy.long_yield_ns, &condition);
+                policy.note(outcome, monotonic_ns());
                 outcome.held
             }
             Kind::Timed { .. } => false,
@@ -150,7 +135,7 @@ impl WaitStrategy {
                 *waits_until_retry -= 1;
                 Due::default()
             }
-            Kind::Yielding { .. } | Kind::Spinning => Due::default(),
+            Kind::Yielding(_) | Kind::Spinning => Due::default(),
         }
     }
 
@@ -193,6 +178,42 @@ impl WaitStrategy {
 /// How many of `processes` share a core of this machine when they are spread evenly.
 pub fn processes_per_core(processes: u32) -> u32 {
     processes.div_ceil(available_parallelism().map_or(1, |cores| cores.get() as u32))
+}
+
+/// Decides whether yielding pays, from what the last yields cost.
+#[derive(Debug)]
+struct YieldPolicy {
+    /// A yield that takes longer has cost a time slice.
+    long_yield_ns: u64,
+    /// Yielding does not pay before this time.
+    pauses_until_ns: u64,
+    /// How long to pause after the next yield that costs a time slice.
+    pause_ns: u64,
+}
+
+impl YieldPolicy {
+    /// The policy where so many processes of the run share a core.
+    fn new(processes_per_core: u32) -> Self {
+        let long_yield_ns = LONG_YIELD_NS + TURN_NS * u64::from(processes_per_core);
+        Self { long_yield_ns, pauses_until_ns: 0, pause_ns: PAUSE_MIN_NS }
+    }
+
+    fn pays_at(&self, now_ns: u64) -> bool {
+        now_ns >= self.pauses_until_ns
+    }
+
+    /// Takes note of what yielding brought until `now_ns`.
+    ///
+    /// A wait that was merely long says nothing about the next one, so it changes nothing: processes that stopped
+    /// yielding after long waits would make all waits long. Only a lost time slice tells of a disturbance.
+    fn note(&mut self, outcome: YieldOutcome, now_ns: u64) {
+        if outcome.lost_slice {
+            self.pauses_until_ns = now_ns + self.pause_ns;
+            self.pause_ns = (self.pause_ns * 2).min(PAUSE_MAX_NS);
+        } else if outcome.held {
+            self.pause_ns = PAUSE_MIN_NS;
+        }
+    }
 }
 
 /// What yielding for a condition brought.
@@ -245,62 +266,55 @@ fn sleep_until(time: Duration) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Instant;
 
-    /// Takes so long that a yield around it counts as a lost time slice.
-    fn steal() -> bool {
-        std::thread::sleep(Duration::from_nanos(2 * (LONG_YIELD_NS + TURN_NS)));
-        false
-    }
-
-    fn pause_ns(strategy: &WaitStrategy) -> u64 {
-        let Kind::Yielding { pause_ns, .. } = strategy.0 else { panic!("{strategy:?} does not yield") };
-        pause_ns
-    }
+    const LOST_SLICE: YieldOutcome = YieldOutcome { held: true, lost_slice: true };
+    const HELD: YieldOutcome = YieldOutcome { held: true, lost_slice: false };
+    const NOT_HELD: YieldOutcome = YieldOutcome { held: false, lost_slice: false };
 
     #[test]
     fn a_long_wait_does_not_keep_the_next_one_from_yielding() {
-        let mut strategy = WaitStrategy::yielding(1);
-        for _ in 0..10 {
-            let checks = std::cell::Cell::new(0_u32);
-            let is_over = || {
-                checks.set(checks.get() + 1);
-                false
-            };
-            assert!(!strategy.yield_until(is_over));
-            let was_disturbed = pause_ns(&strategy) > PAUSE_MIN_NS;
-            assert!(checks.get() > YIELDS_MIN || was_disturbed, "{} checks", checks.get());
-        }
+        let mut policy = YieldPolicy::new(1);
+        (0..100).for_each(|now_ns| policy.note(NOT_HELD, now_ns));
+        assert!(policy.pays_at(100));
     }
 
     #[test]
-    fn a_lost_time_slice_lets_a_process_sleep_at_once_for_twice_as_long_each_time() {
-        let mut strategy = WaitStrategy::yielding(1);
-        for pause in [2, 4, 8].map(|factor| factor * PAUSE_MIN_NS) {
-            while pause_ns(&strategy) < pause {
-                strategy.yield_until(steal);
-            }
-            assert!(pause_ns(&strategy) >= pause);
-            let checks = std::cell::Cell::new(0);
-            assert!(!strategy.yield_until(|| checks.replace(checks.get() + 1) > 9));
-            assert_eq!(checks.get(), 1, "it yielded at once");
-        }
+    fn after_a_lost_time_slice_a_process_yields_again_within_a_millisecond() {
+        let mut policy = YieldPolicy::new(1);
+        policy.note(LOST_SLICE, 50);
+        assert!(!policy.pays_at(50) && !policy.pays_at(49 + PAUSE_MIN_NS));
+        assert!(policy.pays_at(50 + PAUSE_MIN_NS));
     }
 
     #[test]
-    fn a_process_yields_again_within_milliseconds_of_a_disturbance() {
-        let mut strategy = WaitStrategy::yielding(1);
-        strategy.yield_until(steal);
-        let since = Instant::now();
-        let checks = || std::cell::Cell::new(0);
-        loop {
-            let checks = checks();
-            if strategy.yield_until(|| checks.replace(checks.get() + 1) > 0) {
-                break;
-            }
-            assert!(since.elapsed() < Duration::from_secs(10), "it never yields again");
+    fn lasting_disturbances_make_the_pauses_longer_and_one_good_yield_makes_them_short_again() {
+        let mut policy = YieldPolicy::new(1);
+        for pause_ns in [1, 2, 4, 8].map(|factor| factor * PAUSE_MIN_NS) {
+            policy.note(LOST_SLICE, 0);
+            assert!(!policy.pays_at(pause_ns - 1) && policy.pays_at(pause_ns));
         }
-        assert_eq!(pause_ns(&strategy), PAUSE_MIN_NS);
+        (0..100).for_each(|_| policy.note(LOST_SLICE, 0));
+        assert!(policy.pays_at(PAUSE_MAX_NS));
+        policy.note(HELD, 0);
+        policy.note(LOST_SLICE, 0);
+        assert!(policy.pays_at(PAUSE_MIN_NS));
+    }
+
+    #[test]
+    fn a_process_yields_often_and_long_enough_before_it_sleeps() {
+        let (checks, start_ns) = (std::cell::Cell::new(0_u32), monotonic_ns());
+        let outcome = yield_until(start_ns, u64::MAX, || {
+            checks.set(checks.get() + 1);
+            false
+        });
+        assert_eq!(outcome, NOT_HELD);
+        assert!(checks.get() >= YIELDS_MIN && monotonic_ns() - start_ns >= YIELDING_MIN_NS);
+    }
+
+    #[test]
+    fn a_yield_that_takes_too_long_has_lost_a_time_slice() {
+        assert_eq!(yield_until(monotonic_ns(), 0, || true), LOST_SLICE);
+        assert_eq!(yield_until(monotonic_ns(), u64::MAX, || true), HELD);
     }
 
     #[test]
@@ -338,6 +352,10 @@ mod tests {
     fn a_timed_process_sleeps_while_yields_give_time_slices_away() {
         let mut strategy = WaitStrategy::timed();
         let due = || Due { at_ns: monotonic_ns(), lead_ns: 1_000_000_000 };
+        let steal = || {
+            std::thread::sleep(Duration::from_nanos(2 * LONG_YIELD_NS));
+            false
+        };
         let waits_slept_through = |strategy: &mut WaitStrategy| {
             (0..2 * TIMED_RETRY_WAITS_MAX)
                 .take_while(|_| strategy.stands_by_for(due()) == Due::default())

@@ -84,7 +84,7 @@ impl Janitor {
             Worker::start("cleaner", move |rounds, is_stopping| match create_node(&place, "cleaner") {
                 Ok(node) => {
                     drop(opened.send(Ok(())));
-                    clean(&node, rounds, is_stopping);
+                    clean(&place, &node, rounds, is_stopping);
                 }
                 Err(error) => drop(opened.send(Err(error))),
             })?;
@@ -135,11 +135,12 @@ fn sweep(domain: &Domain, rounds: &AtomicU32, is_stopping: &AtomicBool) {
     }
 }
 
-fn clean(node: &Node<ipc::Service>, rounds: &AtomicU32, is_stopping: &AtomicBool) {
+fn clean(domain: &Domain, node: &Node<ipc::Service>, rounds: &AtomicU32, is_stopping: &AtomicBool) {
     while !is_stopping.load(SeqCst) {
         // However many processes have ended, one round removes the remains of all.
         if rounds.swap(0, SeqCst) > 0 {
             node.try_cleanup_dead_nodes();
+            domain.remove_unfinished_nodes();
         } else {
             thread::park();
         }

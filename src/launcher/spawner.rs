@@ -4,7 +4,7 @@
 
 use super::{LaunchError, Plan, lifecycle::ProcessSignal};
 use ringwing_bench::MeasureArgs;
-use ringwing_bus::DomainId;
+use ringwing_bus::{DomainId, close_files_on_spawn};
 use ringwing_flight::Part;
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
@@ -46,6 +46,7 @@ impl<'a> Spawner<'a> {
             // Use a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher
             // then ends the others in order.
             .process_group(0);
+        close_files_on_spawn();
         let child = self.plan.placement.start(part.index(), || command.spawn());
         child.map(|child| child.id()).map_err(|source| LaunchError::Spawn { what: part.to_string(), source })
     }
