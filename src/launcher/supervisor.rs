@@ -361,7 +361,7 @@ impl<'a> Supervisor<'a> {
 fn limits(scenario: &Scenario) -> SupervisionLimits {
     let supervision = &scenario.supervision;
     SupervisionLimits {
-        start: Duration::from_secs_f64(supervision.start_timeout_s),
+        start: scenario.start_limit(),
         freeze: Duration::from_secs_f64(supervision.answer_timeout_s),
         replacements: supervision.replacements,
     }

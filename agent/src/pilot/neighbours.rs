@@ -1,6 +1,6 @@
 //! What a UAV has received from the other UAVs it listens to: where they are, and who is alive.
 //!
-//! Never holds a sample before it can be used: early ones wait in the [arrivals](crate::reception::arrivals).
+//! Never gets a sample before it can be used: the [arrivals](crate::reception::arrivals) see to that.
 
 use super::track::{NewestTrack, PeerTrack};
 use crate::membership::MembershipView;

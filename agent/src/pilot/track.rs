@@ -1,6 +1,6 @@
 //! What a UAV has received from another UAV or from the leader, and where that sender is now.
 //!
-//! Never holds a sample before it can be used: early ones wait in the [arrivals](crate::reception::arrivals).
+//! Never gets a sample before it can be used: the [arrivals](crate::reception::arrivals) see to that.
 
 use nalgebra::Point2;
 use ringwing_flight::{AgeTicks, LeaderState, Pose, Tick, UavState};

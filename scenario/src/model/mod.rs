@@ -20,6 +20,12 @@ pub use start::{DrawSection, StartSection, StartState};
 use crate::{Fault, FaultSchedule};
 use ringwing_flight::{Formation, LivingRing, Pace};
 use serde::{Deserialize, Serialize};
+use std::time::Duration;
+
+/// Seconds that each UAV adds to the time in which a process must be ready: twice what a process needs to start on a slow
+/// core. More lets a stuck process of a large swarm delay the flight for longer; less gives up processes that still
+/// wait for their turn.
+const START_SHARE_S: f64 = 0.02;
 
 /// Everything that decides a flight: the same scenario and build give the same flight, to the bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -82,6 +88,14 @@ impl Scenario {
     /// Whether a tick waits for the processes (lockstep) or for the wall clock (real time).
     pub fn pace(&self) -> Pace {
         if self.time.real_time { Pace::RealTime } else { Pace::Lockstep }
+    }
+
+    /// How long a process may take to be ready.
+    ///
+    /// The limit grows with the swarm, because all processes start at once on the same few cores.
+    pub fn start_limit(&self) -> Duration {
+        let start_s = self.supervision.start_timeout_s + START_SHARE_S * f64::from(self.formation.uavs);
+        Duration::from_secs_f64(start_s)
     }
 
     /// The number of the last tick.

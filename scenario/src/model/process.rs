@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SupervisionSection {
-    /// How long all processes may take to be ready at the start, and a replacement later.
+    /// How long all processes may take to be ready at the start, and a replacement later. Large swarms get more: see
+    /// [`Scenario::start_limit`](crate::Scenario::start_limit).
     pub start_timeout_s: f64,
     /// How long a process may take to answer a tick in lockstep. After that the flight goes on without it until it
     /// answers.

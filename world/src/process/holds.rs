@@ -18,10 +18,10 @@ use std::time::Duration;
 /// fetched and what it has not written; together that must stay below a second, which a larger lag would exceed. With a
 /// smaller one, the world waits for the recorder more often.
 const RECORDER_LAG_S: f64 = 0.4;
-/// How many start timeouts a replacement, or a fault that starts a process, may take: the launcher first has to notice
+/// How many start limits a replacement, or a fault that starts a process, may take: the launcher first has to notice
 /// the loss. A larger factor lets a stuck launcher hold the flight longer; a smaller one gives up replacements that
 /// are still starting.
-const START_TIMEOUTS: u32 = 2;
+const START_LIMITS: u32 = 2;
 
 /// How long the world waits for other processes, and which ones it has given up.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ impl Holds {
     pub(super) fn new(scenario: &Scenario) -> Self {
         Self {
             answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
-            hold_timeout: Duration::from_secs_f64(scenario.supervision.start_timeout_s) * START_TIMEOUTS,
+            hold_timeout: scenario.start_limit() * START_LIMITS,
             recorder_lag_ticks: recorder_lag_ticks(scenario),
             gave_up_replacement: false,
             recorder_stuck_at: None,
