@@ -125,6 +125,7 @@ fn over_sizes(
     get: impl Fn(&Measured) -> Option<Spread>,
 ) -> Chart {
     let mut lines = Vec::new();
+    // Number all setups, drawn or not, so that a setup has the same colour in every chart of a load.
     for (index, setup) in setups(results, load).into_iter().enumerate() {
         let mut points: Vec<(f64, Spread)> = of_load(results, load)
             .filter(|measured| label::setup(&measured.case) == setup)
@@ -153,6 +154,7 @@ fn with_ranges(name: String, colour: RGBColor, points: &[(f64, Spread)]) -> Vec<
 
 /// The distributions of the whole tick of all setups of one size.
 fn distribution(results: &Results, load: Load, uavs: u32) -> Result<Option<Picture>, DrawingError> {
+    // The same numbers as in `over_sizes`, so that the colours match.
     let curve = |(index, setup): (usize, String)| {
         let is_it = |one: &&Measured| one.case.uavs == uavs && label::setup(&one.case) == setup;
         let measured = of_load(results, load).find(is_it)?;
@@ -195,9 +197,11 @@ fn percentile_curve(name: String, index: usize, samples: &Latencies) -> Option<C
     let last = (samples.n() as f64).log10();
     let steps = (f64::from(POINTS_PER_DECADE) * last).ceil().max(1.0) as u32;
     let point = |step: u32| {
+        // Equal steps in nines: the axis stretches the tail, where equal steps in shares would leave gaps.
         let nines = last * f64::from(step) / f64::from(steps);
         let share = if step == steps { 1.0 } else { 1.0 - 10_f64.powf(-nines) };
         let ns = samples.at_share(share)?;
+        // 0 ns has no place on a logarithmic axis.
         Some((nines, (ns.max(1) as f64 / 1e3).log10()))
     };
     let points: Vec<_> = (0..=steps).map(point).collect();
@@ -242,6 +246,7 @@ fn strip(
 
 fn row(measured: &Measured, get: fn(&TimeSlice) -> u64) -> Option<StripRow> {
     let median = quantity::all_samples(measured, Hop::Tick).at_share(0.5)?.max(1) as f64;
+    // Multiples of the case's own median, so that fast and slow cases share one scale of colours.
     let cell = |slice: &TimeSlice| (slice.ticks > 0).then(|| get(slice) as f64 / median);
     let groups = measured.repeats.iter().map(|repeat| repeat.strip.iter().map(cell).collect()).collect();
     Some(StripRow { name: label::case(&measured.case), groups })

@@ -44,6 +44,7 @@ pub(crate) fn decoded(text: &str) -> Result<Histogram<u64>, HdrError> {
         Deserializer::new().deserialize(&mut plain.as_slice()).map_err(HdrError::Histogram)?;
     // Let it grow like a histogram that was recorded here: two results may be merged.
     histogram.auto(true);
+    // With another resolution, percentiles would be less exact than `Latencies` promises.
     let is_ours = histogram.sigfig() == DIGITS && histogram.low() == 1;
     is_ours.then_some(histogram).ok_or(HdrError::Resolution)
 }

@@ -27,6 +27,7 @@ impl Spread {
         sorted.sort_by(f64::total_cmp);
         let (least, most) = (*sorted.first()?, *sorted.last()?);
         let at = |index: usize| sorted.get(index).copied().unwrap_or(most);
+        // The two indices are equal for an odd number of values.
         let median = f64::midpoint(at((sorted.len() - 1) / 2), at(sorted.len() / 2));
         Some(Self { median, least, most, repeats: sorted.len() })
     }
@@ -83,6 +84,7 @@ pub(crate) fn significance(a: &[f64], b: &[f64]) -> Significance {
 /// The probability that the ranges of m and k repeats of the same thing are disjoint: two of all ways to choose which m of
 /// the m + k repeats come first.
 fn disjoint_probability(m: usize, k: usize) -> f64 {
+    // Multiply and divide in turn: factorials of some dozens of repeats would lose digits or overflow.
     let ways: f64 = (1..=m).map(|i| (k + i) as f64 / i as f64).product();
     (2.0 / ways).min(1.0)
 }

@@ -37,6 +37,7 @@ impl RecorderError {
     /// For `map_err`: `action` failed on the file `path`.
     pub(crate) fn log<E: Into<McapError>>(path: &Path, action: &'static str) -> impl FnOnce(E) -> Self {
         move |error| {
+            // The remedy depends on the kind of the operating system's error, so unwrap it from mcap's error.
             let reason = match error.into() {
                 McapError::Io(reason) => reason,
                 other => io::Error::other(other),

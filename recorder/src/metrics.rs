@@ -137,6 +137,8 @@ impl Metrics {
             return;
         }
         self.disturbances.push(event.clone());
+        // An event may be reported after the frame of its tick. Apply it now, because the flight may have no further
+        // frame.
         if let Some(last) = self.last_tick() {
             self.apply_disturbances(last);
         }
@@ -160,9 +162,11 @@ impl Metrics {
     /// Takes the next frame; frames come in order.
     pub fn observe(&mut self, frame: &Frame) {
         self.ticks += 1;
+        // Before the errors of this tick, which already belong to the recovery from its faults.
         self.apply_disturbances(frame.tick);
         self.sky.clear();
         self.sky.extend(in_the_sky(frame).map(|state| (state.uav, state.position())));
+        // Before `measure`, which uses the views.
         self.agreement.observe(frame);
         self.moment = self.measure(frame);
         self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
@@ -196,6 +200,8 @@ impl Metrics {
 
     fn measure(&self, frame: &Frame) -> Moment {
         let in_formation = || frame.all_commanded();
+        // Only the distance to the next neighbour, so that each pair counts once. A neighbour in its failsafe keeps
+        // no distance.
         let neighbour_error = |state: &TrueState| {
             let next = frame.ring.place(state.uav).next?;
             frame.commanded(next.uav)?;
@@ -214,6 +220,7 @@ impl Metrics {
             clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
             coherence: Coherence::of(frame, self.agreement.views()),
             views: self.agreement.views(),
+            // V depends on the tick before, so `observe` adds it and its rises.
             ..Moment::default()
         }
     }
@@ -284,6 +291,7 @@ fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &TrueState> {
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
+    // JSON writes an infinity as null. Leave it out here, so that the numbers are the same live and read again.
     values.filter(|value| value.is_finite()).reduce(f64::max)
 }
 

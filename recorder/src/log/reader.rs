@@ -172,6 +172,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     fn take_channel(&mut self, channel: records::Channel) {
+        // By the MCAP specification a schema precedes its channels, so one that is missing here is lost.
         let schema = self.schemas.get(&channel.schema_id).cloned();
         self.topics.insert(channel.id, Rc::new(Topic { name: channel.topic, schema }));
     }
@@ -225,6 +226,7 @@ impl<R: Read + Seek> Iterator for Ticks<'_, R> {
                 return tick;
             }
         }
+        // No later tick completes the last one.
         self.replay.end()
     }
 }

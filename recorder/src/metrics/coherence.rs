@@ -46,6 +46,7 @@ fn ring_pieces(frame: &Frame) -> u32 {
     let are_linked = |(one, next): &(&UavFrame, &UavFrame)| one.commanded().and(next.commanded()).is_some();
     let links = neighbours.filter(are_linked).count() as u32;
     let count = frame.all_commanded().count() as u32;
+    // A ring without a cut has as many links as members: it is one piece, or none if nobody flies.
     if links == count { count.min(1) } else { count - links }
 }
 

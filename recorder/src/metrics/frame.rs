@@ -48,6 +48,7 @@ pub struct AirframeSample {
 impl From<&Sensed> for AirframeSample {
     fn from(sensed: &Sensed) -> Self {
         let position = Point2::from(sensed.position_m);
+        // Obstacles are sorted, the nearest first. The d of Eq. (13) is measured to the centre.
         let distance = |centre: [f64; 2]| (Point2::from(centre) - position).norm();
         Self {
             position,
@@ -261,9 +262,11 @@ impl Frame {
         self.leader = samples.leader;
         self.torn = samples.torn;
         let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();
+        // Agents send their counts in any order; sorted, equal flights give equal logs.
         counts.sort_by_key(|counts| (counts.to, counts.from));
         self.links.clear();
         self.links.extend(counts.into_iter().map(LinkTotals::from));
+        // The ring is up to date by now: slots and neighbours come from it.
         for (uav, frame) in UavId::all(self.ring.uavs()).zip(&mut self.uavs) {
             let control =
                 samples.accounts[uav.index()].as_ref().map(|account| ControlTerms::of(account, rate_hz));
@@ -301,6 +304,7 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         samples.airframes[UavId(neighbour.uav).index()].map(|other| distance(other.position))
     };
     let place = ring.place(uav.0);
+    // The leader's true position at this tick, not what agents heard of it: errors include the delay of their data.
     let centre = samples.leader.map(|leader| Point2::from(leader.position_m));
     let slot = centre.map(|centre| centre + place.offset);
     Some(TrueState {

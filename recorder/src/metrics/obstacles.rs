@@ -30,6 +30,7 @@ impl ObstacleWatch {
         for (uav, place) in places {
             let distance_m = (place - centre).norm();
             let index = *uav as usize - 1;
+            // The watch does not know the size of the swarm; it grows with the numbers that it sees.
             if index >= self.nearest.len() {
                 self.nearest.resize(index + 1, None);
             }
@@ -43,6 +44,7 @@ impl ObstacleWatch {
     /// The smallest distance from its edge to any of these positions; negative inside.
     pub(super) fn clearance_m(&self, places: &[(u32, Point2<f64>)]) -> Option<f64> {
         let centre = Point2::from(self.obstacle.position_m);
+        // The nearest has the smallest square, so one root is enough.
         let squared = places.iter().map(|(_, place)| (place - centre).norm_squared()).reduce(f64::min)?;
         Some(squared.sqrt() - self.obstacle.radius_m)
     }
@@ -50,6 +52,7 @@ impl ObstacleWatch {
     /// The closest approach of the flight; `None` if no UAV has flown yet.
     pub(super) fn summary(&self, rate_hz: u32) -> Option<ObstacleSummary> {
         let mut approaches: Vec<Nearest> = self.nearest.iter().flatten().copied().collect();
+        // A stable sort: of equally close UAVs, the lowest number comes first.
         approaches.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         let closest = approaches.first()?;
         let is_repelled = |one: &&Nearest| one.distance_m < self.obstacle.braking_distance_m;

@@ -65,6 +65,7 @@ impl Candidate {
 
     fn pair(self) -> Option<UavPair> {
         let (uav, other) = self.uavs;
+        // Infinite without any pair, or if the square overflows. JSON could hold neither.
         (self.squared < f64::INFINITY).then(|| UavPair { distance_m: self.squared.sqrt(), uav, other })
     }
 }
@@ -102,6 +103,7 @@ impl ClosestSoFar {
 }
 
 fn keep_closer(closest: &mut Option<(UavPair, i64)>, pair: Option<UavPair>, tick: i64) {
+    // Strictly closer, so that of equal distances the first moment is kept.
     if let Some(pair) =
         pair.filter(|pair| closest.is_none_or(|(so_far, _)| pair.distance_m < so_far.distance_m))
     {

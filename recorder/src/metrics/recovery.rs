@@ -44,6 +44,7 @@ impl RecoveryWatch {
     pub(super) fn on_disturbance(&mut self, tick: i64, what: &str) {
         self.count += 1;
         if let Some(last) = self.faults.last_mut().filter(|last| last.tick == tick) {
+            // As two faults, the first would end in the tick in which it begins, before anything could recover.
             last.what = format!("{}; {what}", last.what);
         } else if self.faults.len() < LISTED {
             // A report may come after the frame of its tick, so frames since that tick count as well.

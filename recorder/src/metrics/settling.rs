@@ -30,6 +30,7 @@ impl Settling {
         }
         let since = *self.holding_since.get_or_insert(tick);
         if tick - since >= self.hold_ticks {
+            // The first time counts. What later faults do is measured as recovery.
             self.settled_at.get_or_insert(since);
         }
     }

@@ -106,6 +106,7 @@ pub struct UavSummary {
 
 impl UavSummary {
     pub(super) fn of(state: &TrueState) -> Self {
+        // JSON writes an infinity as null. Leave it out here, so that a summary is read back as it was written.
         let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
         Self {
             uav: state.uav,

@@ -50,6 +50,7 @@ impl CurrentFaults {
         match event {
             Event::ProcessLost { part, .. }
             | Event::ProcessFault { part, action: Kill { .. } | Stop, .. } => {
+                // A killed process needs no thaw: it is no longer frozen.
                 self.frozen.remove(part);
                 self.lost.insert(*part);
             }

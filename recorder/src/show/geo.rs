@@ -98,6 +98,7 @@ impl Earth {
             latitude: latitude_deg,
             longitude: longitude_deg,
             altitude: self.altitude_m,
+            // The schema lets the colour be absent, but rerun's converter fails without it.
             color: Some(palette::BRIGHT.in_scene(1.0)),
             ..LocationFix::default()
         }
@@ -126,6 +127,7 @@ impl Earth {
 
     fn obstacle_on_map(&self, obstacle: &ObstacleSection) -> Value {
         let corner = |number: u32| {
+            // The remainder makes the last corner equal the first to the bit: RFC 7946 wants closed polygons.
             let bearing = TAU * f64::from(number % CORNERS) / f64::from(CORNERS);
             let out = Vector2::new(libm::cos(bearing), libm::sin(bearing)) * obstacle.radius_m;
             self.coordinates(Point2::from(obstacle.position_m) + out)
@@ -142,6 +144,7 @@ impl Earth {
     fn coordinates(&self, place: Point2<f64>) -> Value {
         let Geodetic { latitude_deg, longitude_deg } = self.locate(place);
         let rounded = |degrees: f64| (degrees * 1e7).round() / 1e7;
+        // RFC 7946 puts the longitude first.
         json!([rounded(longitude_deg), rounded(latitude_deg)])
     }
 }

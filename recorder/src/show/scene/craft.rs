@@ -102,6 +102,7 @@ impl CraftScene {
         let id = format!("uav {}", padded(uav, count));
         let colour = palette::colour(uav);
         match look {
+            // On the map, because `/tf` may no longer have the coordinate frame of this UAV.
             CraftLook::Gone(place) => self.gone(entity(MAP, id, clock, tick), uav, *place),
             CraftLook::Flying { condition, mode } => {
                 let mut body = entity(uav_frame(uav, count), id, clock, tick);
@@ -138,6 +139,7 @@ impl CraftScene {
             let (x, y) = OUTLINE[index];
             flat(x * self.span_m, side * y * self.span_m)
         };
+        // The outline lists one side only, so draw the triangles of both.
         let side =
             |side: f64| TRIANGLES.iter().flat_map(move |corners| corners.map(|index| corner(index, side)));
         TriangleListPrimitive {
