@@ -37,7 +37,9 @@ const INKS: [RGBColor; 12] = [
 ];
 const UAVS: &str = "UAVs, each a process (logarithmic)";
 const SHARE: &str = "share of the samples that are no slower";
+/// Colours of median ticks. A wider range would hide a slow drift; in a narrower one, every cell has a colour of the ends.
 const MEDIANS: ColourKey = ColourKey { unit: UNIT, marks: &[0.5, 0.7, 1.0, 1.4, 2.0] };
+/// Colours of the longest ticks. A narrower range would not tell a stall from an ordinary late tick.
 const LONGEST: ColourKey = ColourKey { unit: UNIT, marks: &[1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0] };
 const UNIT: &str = "times the median of the case";
 /// Points of a percentile curve per factor of ten of the remaining share. Fewer show corners; more make the page larger.
@@ -79,6 +81,7 @@ fn of_load(results: &Results, load: Load) -> impl Iterator<Item = &Measured> {
 
 /// The names of all cases of one load without their size, in the order of the command line.
 fn setups(results: &Results, load: Load) -> Vec<String> {
+    // Not a set, which would sort them: colours follow the command line.
     let mut setups = Vec::new();
     for setup in of_load(results, load).map(|measured| label::setup(&measured.case)) {
         if !setups.contains(&setup) {
@@ -143,6 +146,7 @@ fn over_sizes(
 fn with_ranges(name: String, colour: RGBColor, points: &[(f64, Spread)]) -> Vec<Curve> {
     let medians = points.iter().map(|(x, spread)| Some((*x, spread.median.log10()))).collect();
     let range = |(x, spread): &(f64, Spread)| Curve {
+        // Without a name, the bars stay out of the legend.
         name: String::new(),
         colour,
         stroke: Stroke::Solid,

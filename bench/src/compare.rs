@@ -164,6 +164,7 @@ fn different_facts(a: &Results, b: &Results) -> BTreeMap<String, [String; 2]> {
         facts.filter(|(name, _)| !doctor::MOMENTARY.contains(&name.as_str())).collect::<BTreeMap<_, _>>()
     });
     let of = |facts: &BTreeMap<String, String>, name| facts.get(name).map_or("-".into(), String::clone);
+    // Names of both sides: different versions may look at different facts.
     let different = a.keys().chain(b.keys()).filter(|name| a.get(*name) != b.get(*name));
     different.map(|name| (name.clone(), [of(&a, name), of(&b, name)])).collect()
 }

@@ -91,6 +91,7 @@ fn crowded_on(cores: usize, processes: u32) -> Option<String> {
 fn examine(read: ReadFile, activity: Option<Activity>, is_debug_build: bool) -> Machine {
     let found = |(name, find): &Fact| (String::from(*name), find(read).unwrap_or_else(|| UNREADABLE.into()));
     let mut facts: Vec<_> = FACTS.iter().map(found).collect();
+    // This one takes time to find out, so the caller has done that.
     facts.push(("busy".into(), activity.map_or(UNREADABLE.into(), |activity| activity.to_string())));
     let warnings = [
         is_debug_build.then(|| "this is a debug build: build with `cargo build --release`".into()),

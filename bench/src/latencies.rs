@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn no_samples_have_no_figures() {
+    fn latencies_without_samples_have_no_figures() {
         let none = Latencies::new();
         assert_eq!((none.n(), none.min_ns(), none.max_ns(), none.percentile(0.0)), (0, None, None, None));
         let text = serde_json::to_string(&none).unwrap();

@@ -42,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_alone_decides() {
+    fn the_order_depends_on_the_seed_alone() {
         assert_eq!(order(40, 3, 7), order(40, 3, 7));
         assert_ne!(order(40, 3, 7), order(40, 3, 8));
     }

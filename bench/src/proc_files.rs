@@ -61,7 +61,7 @@ mod tests {
     };
 
     #[test]
-    fn work_counts() {
+    fn the_work_of_a_process_is_counted() {
         // A process of its own: threads of this one end with other tests, and their figures with them.
         let mut worker =
             Command::new("sh").args(["-c", "while :; do sleep 0.001; done"]).spawn().expect("a shell starts");

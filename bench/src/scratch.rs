@@ -15,6 +15,7 @@ use std::{
 };
 use tempfile::TempDir;
 
+/// Names the folders of benchmarks. Cleaning up removes every unlocked folder whose name begins like this.
 const PREFIX: &str = "ringwing_bench_";
 
 /// A locked folder that is removed when dropped.

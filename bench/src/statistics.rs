@@ -41,7 +41,7 @@ impl Spread {
 
 /// `values` as multiples of the `floor` of the same round.
 ///
-/// The cases of a round are measured one after the other, so a disturbance that lasts for a while strikes both, and their
+/// The cases of a round are measured one after the other, so a disturbance that lasts for a while affects both, and their
 /// ratio varies less than either. The i-th values of both belong to one round; a round without a floor is left out.
 pub(crate) fn ratios(values: &[f64], floor: &[f64]) -> Vec<f64> {
     let of_round = |(value, floor): (&f64, &f64)| (*floor > 0.0).then_some(value / floor);

@@ -136,6 +136,7 @@ fn misses(measured: &Measured) -> String {
         grouped(missed),
         grouped(ticks),
         grouped(reused),
+        // Every airframe flies every tick on some command.
         grouped(ticks * u64::from(measured.case.uavs))
     )
 }

@@ -146,6 +146,7 @@ impl Metrics {
 
     /// Measures recovery from the disturbances up to `tick`, in order of time.
     fn apply_disturbances(&mut self, tick: i64) {
+        // Reports do not come in order: the schedule announces faults ahead of time, and a loss may be noticed late.
         self.disturbances.sort_by_key(|disturbance| disturbance.tick);
         let due = self.disturbances.partition_point(|disturbance| disturbance.tick.0 <= tick);
         for TimedEvent { tick, event } in self.disturbances.drain(..due) {
@@ -183,7 +184,7 @@ impl Metrics {
     fn note_airframes(&mut self, frame: &Frame) {
         self.sky.clear();
         self.uavs.clear();
-        // One loop for all: a frame of 200 UAVs is larger than the fastest cache, so each further loop is slow.
+        // In one loop, because a frame of 200 UAVs does not fit into the fastest cache: each loop loads it again.
         for state in in_the_sky(frame) {
             self.sky.push((state.uav, state.position()));
             self.envelope.get_or_insert_with(|| Envelope::of(state)).widen(state);

@@ -97,6 +97,7 @@ impl<R: Read + Seek> Reader<R> {
             attachments: BTreeMap::new(),
             unnamed: 0,
         };
+        // Everything before the first message describes the log, so scenario and metadata are known from now on.
         let first = reader.next();
         reader.pending.extend(first);
         Ok(reader)
@@ -182,6 +183,7 @@ impl<R: Read + Seek> Reader<R> {
             self.unnamed += 1;
             return None;
         };
+        // A topic with its schema is larger than most messages, so messages share it.
         let MessageHeader { sequence, log_time, .. } = header;
         Some(LogMessage { topic: Rc::clone(topic), sequence, log_time, data })
     }

@@ -33,6 +33,7 @@ use std::{
 
 /// The copy of the layout beside the log, which Foxglove imports.
 const LAYOUT_FILE: &str = "layout.json";
+/// The program that wrote the log, in its header. mcap's own default would change with every version of that library.
 const LIBRARY: &str = concat!("ringwing ", env!("CARGO_PKG_VERSION"));
 /// Bytes of messages per chunk. Larger chunks compress better; a reader has to unpack a whole one for any message in it.
 const CHUNK_BYTES: u64 = 1 << 20;

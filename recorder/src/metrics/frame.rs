@@ -199,6 +199,7 @@ pub struct ControlTerms {
 impl ControlTerms {
     /// The terms of `account`, at `rate_hz` ticks a second.
     pub fn of(account: &Account, rate_hz: u32) -> Self {
+        // Payloads hold flags as integers, because most byte values are not a valid `bool`.
         let age_s = |ticks: u32| f64::from(ticks) / f64::from(rate_hz);
         Self {
             speed_command_m_s: account.speed_m_s,
@@ -224,6 +225,7 @@ impl ControlTerms {
     /// Both neighbours' terms of `f_i`.
     pub fn neighbour_force_m(&self) -> [f64; 2] {
         let ([previous_x, previous_y], [next_x, next_y]) = (self.previous_force_m, self.next_force_m);
+        // The sum of two rounded terms has new low bits, which would not compress.
         [single(previous_x + next_x), single(previous_y + next_y)]
     }
 

@@ -13,7 +13,7 @@ const LISTED: usize = 100;
 pub struct FaultRecovery {
     /// What happened, as a sentence.
     pub fault: String,
-    /// When, in simulated time.
+    /// When it happened, in simulated time.
     pub time_s: f64,
     /// Time from the fault until every slot error is within 1 m and stays so to the next fault or the end of the flight.
     /// Absent if the formation did not recover; 0 if the fault had no effect.

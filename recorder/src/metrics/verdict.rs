@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_required_and_unknown_is_violated_and_what_is_not_required_is_not() {
+    fn an_unknown_value_violates_its_requirement_and_without_requirements_nothing_is_violated() {
         assert_eq!(
             judge(&strict(), &FlightSummary::default(), 0),
             [

@@ -26,6 +26,7 @@ pub(super) fn all(shown: &ShownLog, panels: &mut Panels) -> Vec<Value> {
     if !shown.scenario.obstacles.is_empty() {
         tabs.push(tab("Obstacles", &obstacles(shown, panels)));
     }
+    // Always there: faults may be requested in flight, long after this layout is written.
     tabs.push(tab("Faults and ages", &faults(shown, panels)));
     if shown.timing {
         tabs.push(tab("Timing", &timing(shown.scenario.time.real_time, panels)));
@@ -234,6 +235,7 @@ fn timing(real_time: bool, panels: &mut Panels) -> Value {
 
 fn table(shown: &ShownLog, panels: &mut Panels) -> Value {
     let swarm =
+        // A path to an array: the panel makes a row of each UAV.
         panels.add("Table", "The swarm", json!({ "topicPath": format!("{}.uavs", topics::SWARM_STATE) }));
     let lyapunov = PlotPanel::new("Lyapunov value V, Eq. 7 (m2), and its unexplained rises")
         .line(topics::SWARM_METRICS, "lyapunov_m2", "V", palette::CALM)

@@ -169,6 +169,7 @@ impl CraftScene {
 
 fn look(frame: &Frame, uav: u32, place: Option<Point2<f64>>, faults: &CurrentFaults) -> Option<CraftLook> {
     let state = frame.uavs.get(uav as usize - 1).and_then(|uav| uav.state.as_ref());
+    // A vanished UAV is marked where it was last seen; one that was never seen is not drawn.
     match state.filter(|state| state.mode != FlightMode::VANISHED) {
         Some(state) => Some(CraftLook::Flying { condition: faults.condition(uav), mode: state.mode }),
         None => place.map(CraftLook::Gone),
