@@ -134,6 +134,7 @@ fn over_sizes(
             .filter(|measured| label::setup(&measured.case) == setup)
             .filter_map(|measured| Some((f64::from(measured.case.uavs).log10(), get(measured)?)))
             .collect();
+        // Cases have the order of the command line, but a curve needs that of the sizes.
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         if points.len() > 1 {
             lines.extend(with_ranges(setup, ink(index), &points));

@@ -143,6 +143,7 @@ impl TickProbe for Measure {
     fn before_tick(&mut self, gate: &Gate) -> Proceed {
         let now_ns = monotonic_ns();
         match self.phase {
+            // The warm-up begins with the first tick: before it, the process waits for the others to join.
             MeasurePhase::WaitingForFirstTick => {
                 self.phase = MeasurePhase::WarmingUp { since_ns: now_ns };
                 Proceed::Fly

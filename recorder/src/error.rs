@@ -52,6 +52,7 @@ fn remedy(error: &io::Error) -> &'static str {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
             "make room, choose another folder with `--out`, or fly with `--no-record`"
         }
+        // `Sink` reports a log that was removed during the run this way, too.
         ErrorKind::NotFound => "leave the log and its folder in place until the run has ended",
         _ => "choose a folder that can be written with `--out`, or fly with `--no-record`",
     }

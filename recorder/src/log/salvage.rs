@@ -147,6 +147,7 @@ impl<R: Read + Seek> Salvage<R> {
     /// Reads the next record outside the chunks and always advances; `None` if it holds no content or is damaged.
     fn next_outside(&mut self) -> Option<Record<'static>> {
         let begin = self.offset;
+        // Without a plausible head, nothing tells where the next record begins: search for a chunk.
         let Some(head) = self.read_head() else {
             self.skip_to_next_chunk(begin);
             return None;

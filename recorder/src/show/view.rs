@@ -62,7 +62,7 @@ pub(crate) struct Viewer {
     stale_s: f64,
     watch: CurrentFaults,
     /// The faults as last shown; `None` before the first view.
-    shown: Option<CurrentFaults>,
+    shown: Option<Faults>,
     craft: CraftScene,
     trails: Trails,
 }
@@ -123,12 +123,12 @@ impl Viewer {
     /// The faults, if they changed or are due.
     fn faults(&mut self, tick: i64) -> Option<Faults> {
         let message = self.watch.message(tick);
-        // Compare messages, not the faults themselves, which also remember what no message shows.
-        let has_changed = self.shown.as_ref().is_none_or(|shown| shown.message(tick) != message);
-        (has_changed || self.clock.is_due(tick, FAULTS_HZ)).then(|| {
-            self.shown = Some(self.watch.clone());
-            message
-        })
+        // Compare messages, not the faults themselves, which also remember what no message shows. Only the tick may differ.
+        let has_changed = self.shown.as_mut().is_none_or(|shown| {
+            shown.tick = tick;
+            *shown != message
+        });
+        (has_changed || self.clock.is_due(tick, FAULTS_HZ)).then(|| self.shown.insert(message).clone())
     }
 }
 
