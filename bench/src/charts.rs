@@ -37,7 +37,9 @@ const INKS: [RGBColor; 12] = [
 ];
 const UAVS: &str = "UAVs, each a process (logarithmic)";
 const SHARE: &str = "share of the samples that are no slower";
+/// Colours of median ticks. A wider range would hide a slow drift; in a narrower one, every cell has a colour of the ends.
 const MEDIANS: ColourKey = ColourKey { unit: UNIT, marks: &[0.5, 0.7, 1.0, 1.4, 2.0] };
+/// Colours of the longest ticks. A narrower range would not tell a stall from an ordinary late tick.
 const LONGEST: ColourKey = ColourKey { unit: UNIT, marks: &[1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0] };
 const UNIT: &str = "times the median of the case";
 /// Points of a percentile curve per factor of ten of the remaining share. Fewer show corners; more make the page larger.
@@ -79,6 +81,7 @@ fn of_load(results: &Results, load: Load) -> impl Iterator<Item = &Measured> {
 
 /// The names of all cases of one load without their size, in the order of the command line.
 fn setups(results: &Results, load: Load) -> Vec<String> {
+    // Not a set, which would sort them: colours follow the command line.
     let mut setups = Vec::new();
     for setup in of_load(results, load).map(|measured| label::setup(&measured.case)) {
         if !setups.contains(&setup) {
@@ -125,11 +128,13 @@ fn over_sizes(
     get: impl Fn(&Measured) -> Option<Spread>,
 ) -> Chart {
     let mut lines = Vec::new();
+    // Number all setups, drawn or not, so that a setup has the same colour in every chart of a load.
     for (index, setup) in setups(results, load).into_iter().enumerate() {
         let mut points: Vec<(f64, Spread)> = of_load(results, load)
             .filter(|measured| label::setup(&measured.case) == setup)
             .filter_map(|measured| Some((f64::from(measured.case.uavs).log10(), get(measured)?)))
             .collect();
+        // Cases have the order of the command line, but a curve needs that of the sizes.
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         if points.len() > 1 {
             lines.extend(with_ranges(setup, ink(index), &points));
@@ -142,6 +147,7 @@ fn over_sizes(
 fn with_ranges(name: String, colour: RGBColor, points: &[(f64, Spread)]) -> Vec<Curve> {
     let medians = points.iter().map(|(x, spread)| Some((*x, spread.median.log10()))).collect();
     let range = |(x, spread): &(f64, Spread)| Curve {
+        // Without a name, the bars stay out of the legend.
         name: String::new(),
         colour,
         stroke: Stroke::Solid,
@@ -153,6 +159,7 @@ fn with_ranges(name: String, colour: RGBColor, points: &[(f64, Spread)]) -> Vec<
 
 /// The distributions of the whole tick of all setups of one size.
 fn distribution(results: &Results, load: Load, uavs: u32) -> Result<Option<Picture>, DrawingError> {
+    // The same numbers as in `over_sizes`, so that the colours match.
     let curve = |(index, setup): (usize, String)| {
         let is_it = |one: &&Measured| one.case.uavs == uavs && label::setup(&one.case) == setup;
         let measured = of_load(results, load).find(is_it)?;
@@ -195,9 +202,11 @@ fn percentile_curve(name: String, index: usize, samples: &Latencies) -> Option<C
     let last = (samples.n() as f64).log10();
     let steps = (f64::from(POINTS_PER_DECADE) * last).ceil().max(1.0) as u32;
     let point = |step: u32| {
+        // Equal steps in nines: the axis stretches the tail, where equal steps in shares would leave gaps.
         let nines = last * f64::from(step) / f64::from(steps);
         let share = if step == steps { 1.0 } else { 1.0 - 10_f64.powf(-nines) };
         let ns = samples.at_share(share)?;
+        // 0 ns has no place on a logarithmic axis.
         Some((nines, (ns.max(1) as f64 / 1e3).log10()))
     };
     let points: Vec<_> = (0..=steps).map(point).collect();
@@ -242,6 +251,7 @@ fn strip(
 
 fn row(measured: &Measured, get: fn(&TimeSlice) -> u64) -> Option<StripRow> {
     let median = quantity::all_samples(measured, Hop::Tick).at_share(0.5)?.max(1) as f64;
+    // Multiples of the case's own median, so that fast and slow cases share one scale of colours.
     let cell = |slice: &TimeSlice| (slice.ticks > 0).then(|| get(slice) as f64 / median);
     let groups = measured.repeats.iter().map(|repeat| repeat.strip.iter().map(cell).collect()).collect();
     Some(StripRow { name: label::case(&measured.case), groups })

@@ -65,6 +65,7 @@ fn parse(text: &str) -> Result<Results, String> {
             ));
         }
         Ok(_) => return Err(NOT_OURS.into()),
+        // A truncated result is no JSON, but its beginning still names the format.
         Err(error) if text.contains(FORMAT) => {
             return Err(format!("truncated or damaged: {error}; measure again"));
         }
@@ -114,6 +115,7 @@ struct QuantityRow {
 
 impl Comparison {
     fn of(a: &Results, b: &Results) -> Self {
+        // Cases are matched by what they are, not by position: the command lines may differ.
         let twin = |of: &Measured, all: &Results| all.cases.iter().position(|other| other.case == of.case);
         let pair = |of_a: &Measured| Some(ComparedCase::of((a, of_a), (b, b.cases.get(twin(of_a, b)?)?)));
         let only_in = |of: &Results, other: &Results| {
@@ -162,6 +164,7 @@ fn different_facts(a: &Results, b: &Results) -> BTreeMap<String, [String; 2]> {
         facts.filter(|(name, _)| !doctor::MOMENTARY.contains(&name.as_str())).collect::<BTreeMap<_, _>>()
     });
     let of = |facts: &BTreeMap<String, String>, name| facts.get(name).map_or("-".into(), String::clone);
+    // Names of both sides: different versions may look at different facts.
     let different = a.keys().chain(b.keys()).filter(|name| a.get(*name) != b.get(*name));
     different.map(|name| (name.clone(), [of(&a, name), of(&b, name)])).collect()
 }
@@ -193,6 +196,7 @@ impl ComparedCase {
 impl QuantityRow {
     fn of(name: &str, a: &[f64], b: &[f64]) -> Self {
         let (of_a, of_b) = (Spread::of(a), Spread::of(b));
+        // There is no ratio to 0: a calm run misses no deadline.
         let difference =
             |(a, b): (Spread, Spread)| (a.median != 0.0).then(|| 100.0 * (b.median / a.median - 1.0));
         let difference_percent = of_a.zip(of_b).and_then(difference);
@@ -219,6 +223,7 @@ fn median_and_range(spread: Spread) -> String {
 
 /// A number with three significant digits, or all digits before the decimal point if there are more.
 fn three_digits(value: f64) -> String {
+    // Each limit is where the shorter format would round up to a fourth digit.
     match value.abs() {
         size if size < 9.995 => format!("{value:.2}"),
         size if size < 99.95 => format!("{value:.1}"),

@@ -38,6 +38,7 @@ const FACTS: [Fact; 21] = [
     ("virtual machine", |read| kernel_files::virtual_machine(read)),
     ("container", |read| Some(kernel_files::container(read))),
     ("CPU quota", |read| {
+        // Without this file the quota is unknown; with it, no limit means that there is none.
         read("/proc/self/cgroup")?;
         Some(quota_cores(read).map_or("none".into(), |cores| format!("{cores:.2} cores")))
     }),
@@ -64,6 +65,7 @@ const FACTS: [Fact; 21] = [
 /// Looks at this machine; takes a quarter of a second.
 pub(crate) fn inspect() -> Machine {
     let read = |path: &str| fs::read_to_string(path).ok();
+    // The kernel counts since boot, so what happens now is the difference of two readings.
     let before = read("/proc/stat");
     thread::sleep(WATCH);
     let after = read("/proc/stat");
@@ -89,6 +91,7 @@ fn crowded_on(cores: usize, processes: u32) -> Option<String> {
 fn examine(read: ReadFile, activity: Option<Activity>, is_debug_build: bool) -> Machine {
     let found = |(name, find): &Fact| (String::from(*name), find(read).unwrap_or_else(|| UNREADABLE.into()));
     let mut facts: Vec<_> = FACTS.iter().map(found).collect();
+    // This one takes time to find out, so the caller has done that.
     facts.push(("busy".into(), activity.map_or(UNREADABLE.into(), |activity| activity.to_string())));
     let warnings = [
         is_debug_build.then(|| "this is a debug build: build with `cargo build --release`".into()),
@@ -143,6 +146,7 @@ fn busy_warning(activity: Activity) -> Option<String> {
 }
 
 fn steal_warning(activity: Activity) -> Option<String> {
+    // A quarter of a second may show nothing of a host that takes time now and then; the share since boot does.
     let most = activity.stolen.max(activity.stolen_since_boot);
     (most > MAX_STOLEN).then(|| {
         format!(
@@ -174,6 +178,7 @@ fn governor_warning(read: ReadFile) -> Option<String> {
 fn turbo_warning(read: ReadFile) -> Option<String> {
     let intel = "echo 1 > /sys/devices/system/cpu/intel_pstate/no_turbo";
     let other = "echo 0 > /sys/devices/system/cpu/cpufreq/boost";
+    // The two switches have opposite meanings, so the remedy must name the one that exists.
     let is_intel = first_line(read, "/sys/devices/system/cpu/intel_pstate/no_turbo").is_some();
     let command = if is_intel { intel } else { other };
     turbo(read)?

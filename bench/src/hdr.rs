@@ -44,6 +44,7 @@ pub(crate) fn decoded(text: &str) -> Result<Histogram<u64>, HdrError> {
         Deserializer::new().deserialize(&mut plain.as_slice()).map_err(HdrError::Histogram)?;
     // Let it grow like a histogram that was recorded here: two results may be merged.
     histogram.auto(true);
+    // With another resolution, percentiles would be less exact than `Latencies` promises.
     let is_ours = histogram.sigfig() == DIGITS && histogram.low() == 1;
     is_ours.then_some(histogram).ok_or(HdrError::Resolution)
 }
@@ -53,7 +54,7 @@ pub(crate) fn decoded(text: &str) -> Result<Histogram<u64>, HdrError> {
 /// The deserializer allocates whatever length an encoding claims, up to 4 GiB, so a damaged one must not reach it.
 fn inflated(bytes: &[u8]) -> Option<Vec<u8>> {
     let (_cookie_and_length, deflated) = bytes.split_at_checked(8)?;
-    // Only writes as far as the capacity goes.
+    // Inflating stops at the capacity of the vector.
     let mut plain = Vec::with_capacity(MAX_ENCODING_BYTES);
     Decompress::new(true).decompress_vec(deflated, &mut plain, FlushDecompress::Finish).ok()?;
     let (header, counts) = plain.split_at_checked(HEADER_BYTES)?;

@@ -58,6 +58,7 @@ fn log(results: &Results, measured: &Measured) -> io::Result<Vec<u8>> {
     IntervalLogWriterBuilder::new()
         .add_comment(&format!("[ringwing bench {}: {}]", results.ringwing, label::case(&measured.case)))
         .add_comment(LOG_FORMAT)
+        // Repeats count their seconds from the base time.
         .with_start_time(began)
         .with_base_time(began)
         .begin_log_with(&mut log, &mut serializer)?;

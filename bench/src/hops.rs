@@ -38,6 +38,7 @@ pub(crate) fn repeat(case: &Case, head: &TraceHead, trace: &Trace) -> Repeat {
 
 /// Time from the beginning of the first tick to the end of the last one.
 fn took_ns(head: &TraceHead, trace: &Trace) -> u64 {
+    // Count from tick to tick: what the probe does before the first and after the last one is part of no tick.
     let began_ns = trace.ticks.first().map_or(head.began_ns, |tick| tick.opened_ns);
     let ended_ns = trace.ticks.last().map_or(head.ended_ns, |tick| tick.collected_ns);
     ended_ns.saturating_sub(began_ns)
@@ -64,6 +65,7 @@ fn tick_delays(case: &Case, ended_ns: u64, trace: &Trace) -> Vec<TickDelay> {
             *latest = *answered;
         }
         let last_ns = latest.iter().max().copied().unwrap_or(ended_ns);
+        // In reverse, like the ticks; the whole list is turned round at the end.
         delays.extend(
             intended_times(tick, period_ns(case))
                 .rev()
@@ -76,12 +78,14 @@ fn tick_delays(case: &Case, ended_ns: u64, trace: &Trace) -> Vec<TickDelay> {
 
 /// When each tick that `tick` stands for should have begun: the tick itself, and those that were skipped before it.
 fn intended_times(tick: &TickRecord, period_ns: u64) -> impl DoubleEndedIterator<Item = u64> + use<> {
+    // `intended_ns` is the deadline of the first tick that the stall delayed; the skipped ones follow at the rate.
     let first_ns = tick.intended_ns;
     (0..=u64::from(tick.skipped)).map(move |number| first_ns + number * period_ns)
 }
 
 fn period_ns(case: &Case) -> u64 {
     match case.load {
+        // No deadlines, so no tick is ever skipped and the period is multiplied by 0.
         Load::Closed => 0,
         Load::Paced(rate_hz) => 1_000_000_000 / u64::from(rate_hz),
     }
@@ -95,6 +99,7 @@ fn answer_times(case: &Case, trace: &Trace) -> Vec<u64> {
     let members = case.uavs as usize;
     let mut times = vec![0; trace.ticks.len() * members];
     for step in &trace.steps {
+        // The number comes from another process: a wrong one must not count as the answer of another agent.
         let index = tick_index(trace, step).filter(|_| (step.member as usize) < members);
         if let Some(index) = index {
             times[index * members + step.member as usize] =
@@ -113,6 +118,7 @@ fn tick_index(trace: &Trace, step: &StepRecord) -> Option<usize> {
 fn hops(case: &Case, trace: &Trace, delays: &[TickDelay]) -> BTreeMap<Hop, Latencies> {
     let mut hops: BTreeMap<Hop, Latencies> = BTreeMap::new();
     let mut record = |hop, from_ns: u64, to_ns: u64| {
+        // The two stamps may come from different processes; a wrong one must not underflow to centuries.
         hops.entry(hop).or_default().record(to_ns.saturating_sub(from_ns));
     };
     for step in &trace.steps {
@@ -135,6 +141,7 @@ fn usage(case: &Case, head: &TraceHead, trace: &Trace) -> Usage {
     let ticks = trace.ticks.len().max(1) as f64;
     let sum_steps = |span: fn(&StepRecord) -> u64| trace.steps.iter().map(span).sum::<u64>();
     let sum_ticks = |span: fn(&TickRecord) -> u64| trace.ticks.iter().map(span).sum::<u64>();
+    // Between reading its inputs and sending its answer, an agent does nothing but compute the law.
     let law_ns = sum_steps(|step| step.sent_ns.saturating_sub(step.read_ns));
     // Agents read and send through iceoryx2, and so does the world.
     let ipc_ns = sum_steps(|step| step.read_ns.saturating_sub(step.woke_ns) + step.sending_ns)
@@ -160,6 +167,7 @@ fn strip(head: &TraceHead, delays: &[TickDelay]) -> Vec<TimeSlice> {
     for delay in delays {
         let since_ns = delay.intended_ns.saturating_sub(head.began_ns);
         let slice = (u128::from(since_ns) * SLICES as u128 / u128::from(length_ns)) as usize;
+        // A tick that was due exactly at the end belongs to the last slice.
         slices[slice.min(SLICES - 1)].push(delay.delay_ns);
     }
     slices.into_iter().map(time_slice).collect()

@@ -60,6 +60,7 @@ struct CpuTimes {
 impl CpuTimes {
     /// Parses `cpu user nice system idle iowait irq softirq steal guest guest_nice`.
     fn parse(stat: &str) -> Option<Self> {
+        // With the space, the line of all cores together; without it, `cpu0` would match as well.
         let line = stat.lines().find_map(|line| line.strip_prefix("cpu "))?;
         // The time of guests, in the last two columns, is part of the user time already.
         let numbers = line.split_whitespace().take(8).map(str::parse);
@@ -109,6 +110,7 @@ pub(crate) fn virtual_machine(read: ReadFile) -> Option<String> {
     let cpuinfo = read("/proc/cpuinfo")?;
     let flags = value(&cpuinfo, "flags").unwrap_or_default();
     let is_guest = flags.split_whitespace().any(|flag| flag == "hypervisor");
+    // WSL describes no board; only the name of its kernel gives it away.
     let kernel = first_line(read, "/proc/sys/kernel/osrelease").unwrap_or_default();
     if kernel.to_lowercase().contains("microsoft") {
         return Some("yes: WSL".into());
@@ -129,6 +131,7 @@ pub(crate) fn virtual_machine(read: ReadFile) -> Option<String> {
 
 /// The container that this process runs in, as far as it shows itself.
 pub(crate) fn container(read: ReadFile) -> String {
+    // systemd writes down the engine that it was told, so no guessing is needed.
     if let Some(engine) = first_line(read, "/run/systemd/container") {
         return engine;
     }
@@ -142,6 +145,7 @@ pub(crate) fn container(read: ReadFile) -> String {
 
 /// The files that may limit the CPU time of this process, from `/proc/self/cgroup`: of its group and all groups above.
 pub(crate) fn quota_files(groups: &str) -> Vec<String> {
+    // The line `0::` is that of version 2. Version 1 has no `cpu.max`.
     let path = groups.lines().find_map(|line| line.strip_prefix("0::")).unwrap_or("/");
     let mut files = vec!["/sys/fs/cgroup/cpu.max".to_owned()];
     let mut folder = String::from("/sys/fs/cgroup");

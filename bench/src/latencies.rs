@@ -146,6 +146,7 @@ impl TryFrom<WrittenLatencies> for Latencies {
     type Error = LatencyError;
 
     fn try_from(written: WrittenLatencies) -> Result<Self, LatencyError> {
+        // If the file has only one of the two ends, `contradiction` notices.
         let samples =
             Self { histogram: hdr::decoded(&written.hdr)?, ends_ns: written.min_ns.zip(written.max_ns) };
         match samples.contradiction(&written) {
@@ -175,6 +176,7 @@ impl Latencies {
             return Some("max_ns".into());
         }
         let percentiles = self.percentiles();
+        // Names of both sides: a percentile may be missing in the file, or be there without enough samples.
         let names = percentiles.keys().chain(written.percentiles.keys());
         names.into_iter().find(|name| percentiles.get(*name) != written.percentiles.get(*name)).cloned()
     }
@@ -235,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn no_samples_have_no_figures() {
+    fn latencies_without_samples_have_no_figures() {
         let none = Latencies::new();
         assert_eq!((none.n(), none.min_ns(), none.max_ns(), none.percentile(0.0)), (0, None, None, None));
         let text = serde_json::to_string(&none).unwrap();

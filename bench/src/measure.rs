@@ -115,12 +115,14 @@ impl Measure {
             return UNPREDICTED_TICKS;
         }
         let warm_ups = self.measure_ns as f64 / self.warm_up_ns as f64;
+        // Ten more, because a slow case may finish hardly a tick while it warms up.
         ((self.warm_up_ticks + 10) as f64 * warm_ups * SPARE) as usize
     }
 
     fn end(&mut self, gate: &Gate, now_ns: u64) {
         self.phase = MeasurePhase::Done;
         self.head.ended_ns = now_ns;
+        // Read while all processes still live: the kernel forgets the usage of a process that ends.
         self.head.used = processes(gate).map(usage_of).sum::<ProcessUsage>() - self.usage_before;
         self.head.agent_pss_bytes = agents(gate).map(pss_bytes).max().unwrap_or_default();
     }
@@ -130,6 +132,7 @@ impl Measure {
     }
 
     fn stamp(&mut self, set: impl FnOnce(&mut TickRecord, u64)) {
+        // During the warm-up there is no tick to stamp.
         if let Some(tick) = self.trace.ticks.last_mut() {
             set(tick, monotonic_ns());
         }
@@ -140,10 +143,12 @@ impl TickProbe for Measure {
     fn before_tick(&mut self, gate: &Gate) -> Proceed {
         let now_ns = monotonic_ns();
         match self.phase {
+            // The warm-up begins with the first tick: before it, the process waits for the others to join.
             MeasurePhase::WaitingForFirstTick => {
                 self.phase = MeasurePhase::WarmingUp { since_ns: now_ns };
                 Proceed::Fly
             }
+            // Beginning takes long enough to miss deadlines, which must not be blamed on the swarm.
             MeasurePhase::WarmingUp { since_ns } if now_ns - since_ns >= self.warm_up_ns => {
                 self.begin(gate);
                 Proceed::RestartDeadlines
@@ -208,6 +213,7 @@ impl TickProbe for Measure {
     }
 
     fn tick_finished(&mut self, reused: u32, paced: Option<PacedTick>) {
+        // The deadline of the next tick is its intended start.
         self.due = paced;
         if let Some(tick) = self.trace.ticks.last_mut() {
             tick.reused = reused;

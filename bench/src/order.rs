@@ -18,6 +18,7 @@ pub(crate) fn order(cases: usize, repeats: u32, seed: u64) -> Vec<usize> {
 fn shuffled(count: usize, draws: &mut Draws) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
     for last in (1..count).rev() {
+        // A draw is below 1, so `other` is at most `last`.
         let other = (draws.uniform() * (last + 1) as f64) as usize;
         order.swap(last, other);
     }
@@ -41,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_alone_decides() {
+    fn the_order_depends_on_the_seed_alone() {
         assert_eq!(order(40, 3, 7), order(40, 3, 7));
         assert_ne!(order(40, 3, 7), order(40, 3, 8));
     }

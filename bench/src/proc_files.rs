@@ -12,6 +12,7 @@ use std::{
 pub(crate) fn usage_of(process: u32) -> ProcessUsage {
     let folder = Path::new("/proc").join(process.to_string());
     let (user_ticks, system_ticks) = timer_ticks(&folder);
+    // `stat` counts all threads of the process, but `schedstat` and `status` only one: add those up.
     let threads = fs::read_dir(folder.join("task")).into_iter().flatten().flatten();
     let of_threads: ProcessUsage = threads.map(|thread| of_thread(&thread.path())).sum();
     ProcessUsage { user_ticks, system_ticks, ..of_threads }
@@ -45,6 +46,7 @@ fn timer_ticks(folder: &Path) -> (u64, u64) {
     let text = fs::read_to_string(folder.join("stat")).unwrap_or_default();
     // Field 2 is the program's name in parentheses, and may itself contain spaces and parentheses.
     let fields = text.rsplit_once(')').map_or("", |(_, rest)| rest);
+    // The rest begins with field 3, so field 14 comes after eleven others.
     let mut ticks = fields.split_whitespace().skip(11).map(|field| field.parse().unwrap_or_default());
     (ticks.next().unwrap_or_default(), ticks.next().unwrap_or_default())
 }
@@ -59,7 +61,7 @@ mod tests {
     };
 
     #[test]
-    fn work_counts() {
+    fn the_work_of_a_process_is_counted() {
         // A process of its own: threads of this one end with other tests, and their figures with them.
         let mut worker =
             Command::new("sh").args(["-c", "while :; do sleep 0.001; done"]).spawn().expect("a shell starts");

@@ -36,6 +36,7 @@ pub(crate) fn tick_times_ns(measured: &Measured) -> Vec<f64> {
 /// The floor of `measured`: the gate alone, with the same load and the same number of processes.
 pub(crate) fn floor<'r>(results: &'r Results, measured: &Measured) -> Option<&'r Measured> {
     let case = &measured.case;
+    // The gate alone has one way to wake and no recorder, so those two need not match.
     let is_floor = |other: &&Measured| {
         let other = &other.case;
         other.carrier == Carrier::Gate
@@ -123,7 +124,9 @@ pub(crate) fn all(results: &Results, measured: &Measured) -> Vec<CaseQuantity> {
         quantity("tick time, us", us(tick_times_ns(measured))),
         quantity("tick time over the floor", floor_ratios(results, measured)),
     ];
+    // The whole tick comes last in the order of hops, and is the most important.
     quantities.extend(hops(measured).into_iter().rev().flat_map(|hop| of_hop(measured, hop)));
+    // A closed loop has no deadline to miss: its zeros would look like a result.
     if measured.case.load != Load::Closed {
         quantities
             .push(of_repeats(measured, "missed deadlines", |repeat| Some(repeat.missed_deadlines as f64)));
@@ -156,6 +159,7 @@ fn of_hop(measured: &Measured, hop: Hop) -> Vec<CaseQuantity> {
 
 fn of_usage(measured: &Measured) -> Vec<CaseQuantity> {
     let of = |name: &str, get: fn(&Budget) -> Option<f64>| {
+        // Each repeat for itself, so that a comparison sees how they spread.
         of_repeats(measured, name, |repeat| get(&budget_of(std::slice::from_ref(repeat))?))
     };
     let pss_mb = |repeat: &Repeat| match repeat.usage.agent_pss_bytes {

@@ -55,11 +55,13 @@ fn check(args: &BenchArgs) -> Result<Axes, BenchError> {
     for case in axes.cases().iter().filter(|case| case.carrier == Carrier::Swarm) {
         case.scenario(args.seed)?;
     }
+    // Last, because it is the only check that leaves something behind.
     args.out.as_deref().map_or(Ok(()), create_folder)?;
     Ok(axes)
 }
 
 fn create_folder(out: &Path) -> Result<(), BenchError> {
+    // Check before measuring for hours, so that the results do not replace others or end up without a place.
     if out.join(RESULTS_FILE).exists() {
         let text = format!("--out {}: already holds results; choose another folder", out.display());
         return Err(BenchError::Usage(text));

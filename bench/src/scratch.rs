@@ -15,6 +15,7 @@ use std::{
 };
 use tempfile::TempDir;
 
+/// Names the folders of benchmarks. Cleaning up removes every unlocked folder whose name begins like this.
 const PREFIX: &str = "ringwing_bench_";
 
 /// A locked folder that is removed when dropped.
@@ -55,6 +56,7 @@ pub fn remove_abandoned() -> Vec<PathBuf> {
 /// Locks `folder`; returns `None` if another process holds the lock or has removed the folder meanwhile.
 fn locked(folder: &Path) -> io::Result<Option<File>> {
     let lock = match File::open(folder) {
+        // Somebody else has removed it since it was listed.
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         opened => opened?,
     };

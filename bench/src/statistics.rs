@@ -27,6 +27,7 @@ impl Spread {
         sorted.sort_by(f64::total_cmp);
         let (least, most) = (*sorted.first()?, *sorted.last()?);
         let at = |index: usize| sorted.get(index).copied().unwrap_or(most);
+        // The two indices are equal for an odd number of values.
         let median = f64::midpoint(at((sorted.len() - 1) / 2), at(sorted.len() / 2));
         Some(Self { median, least, most, repeats: sorted.len() })
     }
@@ -40,7 +41,7 @@ impl Spread {
 
 /// `values` as multiples of the `floor` of the same round.
 ///
-/// The cases of a round are measured one after the other, so a disturbance that lasts for a while strikes both, and their
+/// The cases of a round are measured one after the other, so a disturbance that lasts for a while affects both, and their
 /// ratio varies less than either. The i-th values of both belong to one round; a round without a floor is left out.
 pub(crate) fn ratios(values: &[f64], floor: &[f64]) -> Vec<f64> {
     let of_round = |(value, floor): (&f64, &f64)| (*floor > 0.0).then_some(value / floor);
@@ -83,6 +84,7 @@ pub(crate) fn significance(a: &[f64], b: &[f64]) -> Significance {
 /// The probability that the ranges of m and k repeats of the same thing are disjoint: two of all ways to choose which m of
 /// the m + k repeats come first.
 fn disjoint_probability(m: usize, k: usize) -> f64 {
+    // Multiply and divide in turn: factorials of some dozens of repeats would lose digits or overflow.
     let ways: f64 = (1..=m).map(|i| (k + i) as f64 / i as f64).product();
     (2.0 / ways).min(1.0)
 }

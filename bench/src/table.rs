@@ -136,6 +136,7 @@ fn misses(measured: &Measured) -> String {
         grouped(missed),
         grouped(ticks),
         grouped(reused),
+        // Every airframe flies every tick on some command.
         grouped(ticks * u64::from(measured.case.uavs))
     )
 }
@@ -175,6 +176,7 @@ fn budget_row(measured: &Measured, budget: Budget) -> String {
 /// One line, or two if the name is longer than its column.
 fn budget_line(name: &str, columns: [&str; 7]) -> String {
     let [cpu, kernel, ipc, law, all, forced, pss] = columns;
+    // Break the line, so that the columns stay aligned.
     let line_break = if name.len() > NAME { format!("\n  {:NAME$}", "") } else { String::new() };
     format!(
         "  {name:<NAME$}{line_break} {cpu:>8} {kernel:>7} {ipc:>9} {law:>6} {all:>9} {forced:>9} {pss:>9}\n"

@@ -36,10 +36,12 @@ impl Trace {
 
     fn read(path: &Path) -> io::Result<(TraceHead, Self)> {
         let bytes = std::fs::read(path)?;
+        // The head is JSON in one line: the first line break ends it, whatever bytes the records hold.
         let end =
             bytes.iter().position(|byte| *byte == b'\n').ok_or_else(|| io::Error::other("not a trace"))?;
         let head: TraceHead = serde_json::from_slice(&bytes[..end])?;
         let mut rest = &bytes[end + 1..];
+        // Copy the bytes into records: at their place in the file they need not be aligned.
         let mut trace =
             Self { ticks: vec![Zeroable::zeroed(); head.ticks], steps: vec![Zeroable::zeroed(); head.steps] };
         rest.read_exact(bytemuck::cast_slice_mut(&mut trace.ticks))?;

@@ -28,6 +28,7 @@ impl ProcessUsage {
     pub(crate) fn user_and_system_s(&self) -> (f64, f64) {
         let (user, system) = (self.user_ticks as f64, self.system_ticks as f64);
         let total_s = self.run_ns as f64 / 1e9;
+        // Processes that no timer tick has found at work used next to nothing: count it as user time.
         let user_share = if user + system > 0.0 { user / (user + system) } else { 1.0 };
         (total_s * user_share, total_s * (1.0 - user_share))
     }

@@ -38,6 +38,8 @@ impl Clock {
 
     /// The number of the interval of 1 / `hz` seconds that contains `tick`.
     pub(crate) fn interval(self, tick: i64, hz: u32) -> i64 {
+        // In integers, because a rounded quotient would put some ticks into the wrong interval. Euclidean, so that
+        // the tick before 0 belongs to an interval of its own and tick 0 is always due.
         (tick * i64::from(hz)).div_euclid(i64::from(self.rate_hz))
     }
 
@@ -47,6 +49,8 @@ impl Clock {
     }
 
     fn elapsed_ns(self, tick: i64) -> u64 {
+        // Multiply before dividing: the period of most rates is not a whole number of nanoseconds, and its error
+        // would grow with the ticks. In 128 bits, because the product of a large tick overflows 64.
         let elapsed =
             u128::from(tick.max(0).cast_unsigned()) * u128::from(NANOSECONDS) / u128::from(self.rate_hz);
         elapsed as u64

@@ -37,6 +37,7 @@ impl RecorderError {
     /// For `map_err`: `action` failed on the file `path`.
     pub(crate) fn log<E: Into<McapError>>(path: &Path, action: &'static str) -> impl FnOnce(E) -> Self {
         move |error| {
+            // The remedy depends on the kind of the operating system's error, so unwrap it from mcap's error.
             let reason = match error.into() {
                 McapError::Io(reason) => reason,
                 other => io::Error::other(other),
@@ -51,6 +52,7 @@ fn remedy(error: &io::Error) -> &'static str {
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
             "make room, choose another folder with `--out`, or fly with `--no-record`"
         }
+        // `Sink` reports a log that was removed during the run this way, too.
         ErrorKind::NotFound => "leave the log and its folder in place until the run has ended",
         _ => "choose a folder that can be written with `--out`, or fly with `--no-record`",
     }

@@ -13,6 +13,8 @@ pub fn flattened(value: &Value) -> BTreeMap<String, Value> {
 fn collect(path: &str, value: &Value, leaves: &mut BTreeMap<String, Value>) {
     let member = |name: &str| if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
     match value {
+        // MCAP metadata maps strings to strings: a null could only become the text "null", which readers would take
+        // for a value.
         Value::Null => {}
         Value::Object(members) => {
             members.iter().for_each(|(name, value)| collect(&member(name), value, leaves));

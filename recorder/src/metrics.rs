@@ -88,7 +88,7 @@ pub struct Metrics {
     ticks: u64,
     lost: u64,
     uavs: Vec<UavSummary>,
-    /// The positions of all airframes in the sky, by UAV number; kept to reuse its memory.
+    /// The positions of all airframes in the sky, with their UAVs' numbers; kept to reuse its memory.
     sky: Vec<(u32, Point2<f64>)>,
 }
 
@@ -137,6 +137,8 @@ impl Metrics {
             return;
         }
         self.disturbances.push(event.clone());
+        // An event may be reported after the frame of its tick. Apply it now, because the flight may have no further
+        // frame.
         if let Some(last) = self.last_tick() {
             self.apply_disturbances(last);
         }
@@ -144,6 +146,7 @@ impl Metrics {
 
     /// Measures recovery from the disturbances up to `tick`, in order of time.
     fn apply_disturbances(&mut self, tick: i64) {
+        // Reports do not come in order: the schedule announces faults ahead of time, and a loss may be noticed late.
         self.disturbances.sort_by_key(|disturbance| disturbance.tick);
         let due = self.disturbances.partition_point(|disturbance| disturbance.tick.0 <= tick);
         for TimedEvent { tick, event } in self.disturbances.drain(..due) {
@@ -160,9 +163,10 @@ impl Metrics {
     /// Takes the next frame; frames come in order.
     pub fn observe(&mut self, frame: &Frame) {
         self.ticks += 1;
+        // Before the errors of this tick, which already belong to the recovery from its faults.
         self.apply_disturbances(frame.tick);
-        self.sky.clear();
-        self.sky.extend(in_the_sky(frame).map(|state| (state.uav, state.position())));
+        self.note_airframes(frame);
+        // Before `measure`, which uses the views.
         self.agreement.observe(frame);
         self.moment = self.measure(frame);
         self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
@@ -170,18 +174,22 @@ impl Metrics {
         self.settling.observe(frame.tick, self.moment.slot_error_max_m);
         self.recovery.observe(frame.tick, self.moment.slot_error_max_m);
         self.closest.observe(frame.tick, &self.moment.closest);
-        for obstacle in &mut self.obstacles {
-            obstacle.observe(frame.tick, &self.sky);
-        }
         for control in frame.uavs.iter().filter_map(|uav| uav.control.as_ref()) {
             self.commands.observe(control);
         }
-        for state in in_the_sky(frame) {
-            self.envelope.get_or_insert_with(|| Envelope::of(state)).widen(state);
-        }
         frame.links.iter().for_each(|counts| self.links.observe(counts));
+    }
+
+    /// Notes the position, speed and turn rate of every airframe in the sky.
+    fn note_airframes(&mut self, frame: &Frame) {
+        self.sky.clear();
         self.uavs.clear();
-        self.uavs.extend(in_the_sky(frame).map(UavSummary::of));
+        // In one loop, because a frame of 200 UAVs does not fit into the fastest cache: each loop loads it again.
+        for state in in_the_sky(frame) {
+            self.sky.push((state.uav, state.position()));
+            self.envelope.get_or_insert_with(|| Envelope::of(state)).widen(state);
+            self.uavs.push(UavSummary::of(state));
+        }
     }
 
     /// Sets the number of ticks so far whose frames are missing or torn.
@@ -194,26 +202,22 @@ impl Metrics {
         &self.moment
     }
 
-    fn measure(&self, frame: &Frame) -> Moment {
-        let in_formation = || frame.all_commanded();
-        let neighbour_error = |state: &TrueState| {
-            let next = frame.ring.place(state.uav).next?;
-            frame.commanded(next.uav)?;
-            Some((state.next_distance_m? - next.rest_m).abs())
-        };
-        let radius_error =
-            |state: &TrueState| Some((state.leader_distance_m? - frame.ring.place(state.uav).radius_m).abs());
+    fn measure(&mut self, frame: &Frame) -> Moment {
+        let mut errors = FormationErrors::default();
+        frame.all_commanded().for_each(|state| errors.observe(state, frame));
+        let (tick, sky) = (frame.tick, &mut self.sky);
         Moment {
-            tick: frame.tick,
-            commanded: in_formation().count() as u32,
-            slot_error_max_m: largest(in_formation().filter_map(|state| state.slot_error_m)),
-            slot_error_rms_m: root_mean_square(in_formation().filter_map(|state| state.slot_error_m)),
-            neighbour_error_max_m: largest(in_formation().filter_map(neighbour_error)),
-            radius_error_max_m: largest(in_formation().filter_map(radius_error)),
-            closest: Pairs::among(&self.sky, &frame.ring),
-            clearance_m: self.obstacles.iter().filter_map(|one| one.clearance_m(&self.sky)).reduce(f64::min),
+            tick,
+            commanded: errors.commanded,
+            slot_error_max_m: errors.slot_max_m,
+            slot_error_rms_m: errors.slot_rms_m(),
+            neighbour_error_max_m: errors.neighbour_max_m,
+            radius_error_max_m: errors.radius_max_m,
+            closest: Pairs::among(sky, &frame.ring),
+            clearance_m: self.obstacles.iter_mut().filter_map(|one| one.observe(tick, sky)).reduce(f64::min),
             coherence: Coherence::of(frame, self.agreement.views()),
             views: self.agreement.views(),
+            // V depends on the tick before, so `observe` adds it and its rises.
             ..Moment::default()
         }
     }
@@ -249,6 +253,50 @@ impl Metrics {
     }
 }
 
+/// The errors of the UAVs that fly on command, in one tick.
+#[derive(Debug, Clone, Copy, Default)]
+struct FormationErrors {
+    commanded: u32,
+    slots: u32,
+    slot_squares_m2: f64,
+    slot_max_m: Option<f64>,
+    neighbour_max_m: Option<f64>,
+    radius_max_m: Option<f64>,
+}
+
+impl FormationErrors {
+    fn observe(&mut self, state: &TrueState, frame: &Frame) {
+        self.commanded += 1;
+        if let Some(error_m) = state.slot_error_m.filter(|error_m| error_m.is_finite()) {
+            self.slots += 1;
+            self.slot_squares_m2 += error_m * error_m;
+            raise(&mut self.slot_max_m, error_m);
+        }
+        let place = frame.ring.place(state.uav);
+        if let Some(distance_m) = state.leader_distance_m {
+            raise(&mut self.radius_max_m, (distance_m - place.radius_m).abs());
+        }
+        // Only the distance to the next neighbour, so that each pair counts once. A neighbour in its failsafe keeps no
+        // distance.
+        let next = place.next.filter(|next| frame.commanded(next.uav).is_some());
+        if let Some((next, distance_m)) = next.zip(state.next_distance_m) {
+            raise(&mut self.neighbour_max_m, (distance_m - next.rest_m).abs());
+        }
+    }
+
+    fn slot_rms_m(&self) -> Option<f64> {
+        (self.slots > 0).then(|| (self.slot_squares_m2 / f64::from(self.slots)).sqrt())
+    }
+}
+
+/// Raises `largest` to `value`.
+fn raise(largest: &mut Option<f64>, value: f64) {
+    // JSON writes an infinity as null. Leave it out here, so that the numbers are the same live and read again.
+    if value.is_finite() {
+        *largest = Some(largest.map_or(value, |largest| largest.max(value)));
+    }
+}
+
 impl Commands {
     fn observe(&mut self, control: &ControlTerms) {
         self.all += 1;
@@ -281,17 +329,6 @@ fn in_the_sky(frame: &Frame) -> impl Iterator<Item = &TrueState> {
         state.mode != FlightMode::VANISHED && numbers.iter().all(|number| number.is_finite())
     };
     frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).filter(is_somewhere)
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> Option<f64> {
-    values.filter(|value| value.is_finite()).reduce(f64::max)
-}
-
-fn root_mean_square(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (count, sum) = values
-        .filter(|value| value.is_finite())
-        .fold((0, 0.0), |(count, sum), value| (count + 1, sum + value * value));
-    (count > 0).then(|| (sum / f64::from(count)).sqrt())
 }
 
 #[cfg(test)]

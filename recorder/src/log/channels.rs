@@ -56,6 +56,7 @@ impl Channels {
         timing: bool,
     ) -> McapResult<Self> {
         Ok(Self {
+            // Rust evaluates these fields in the order written here, so their order is that of the channel numbers.
             events: channel::<LoggedEvent, W>(writer, topics::EVENTS)?,
             faults: channel::<Faults, W>(writer, topics::FAULTS)?,
             leader_fix: channel::<LocationFix, W>(writer, topics::LEADER_FIX)?,
@@ -90,6 +91,7 @@ impl UavChannels {
 
 fn channel<T: Encode, W: Write + Seek>(writer: &mut Writer<W>, topic: &str) -> McapResult<u16> {
     let schema = T::get_schema().expect("every message of the log has a schema");
+    // The writer returns the number of an equal schema that it has already, so topics of one type share a schema.
     let schema_id = writer.add_schema(&schema.name, &schema.encoding, &schema.data)?;
     writer.add_channel(schema_id, topic, &T::get_message_encoding(), &BTreeMap::new())
 }

@@ -43,6 +43,7 @@ impl RecordCopier {
             Record::Channel(channel) => self.copy_channel(channel, writer)?,
             Record::Metadata(metadata) => writer.write_metadata(&metadata)?,
             Record::Attachment { header, data, .. } => {
+                // The checksum is left behind: the writer computes its own.
                 let (log_time, create_time) = (header.log_time, header.create_time);
                 let (name, media_type) = (header.name, header.media_type);
                 writer.attach(&Attachment { log_time, create_time, name, media_type, data })?;

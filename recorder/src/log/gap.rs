@@ -35,6 +35,8 @@ impl Gaps {
     pub(crate) fn pass(&mut self, tick: i64, torn: bool) -> Option<Gap> {
         let expected = std::mem::replace(&mut self.expected, tick + 1);
         self.lost += (tick - expected).max(0).cast_unsigned() + u64::from(torn);
+        // Missing and torn ticks in a row are one gap. It ends only with a whole frame, because the next tick may be
+        // torn as well.
         if tick > expected || torn {
             self.open.get_or_insert(expected);
         }

@@ -97,6 +97,7 @@ impl<R: Read + Seek> Reader<R> {
             attachments: BTreeMap::new(),
             unnamed: 0,
         };
+        // Everything before the first message describes the log, so scenario and metadata are known from now on.
         let first = reader.next();
         reader.pending.extend(first);
         Ok(reader)
@@ -172,6 +173,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     fn take_channel(&mut self, channel: records::Channel) {
+        // By the MCAP specification a schema precedes its channels, so one that is missing here is lost.
         let schema = self.schemas.get(&channel.schema_id).cloned();
         self.topics.insert(channel.id, Rc::new(Topic { name: channel.topic, schema }));
     }
@@ -181,6 +183,7 @@ impl<R: Read + Seek> Reader<R> {
             self.unnamed += 1;
             return None;
         };
+        // A topic with its schema is larger than most messages, so messages share it.
         let MessageHeader { sequence, log_time, .. } = header;
         Some(LogMessage { topic: Rc::clone(topic), sequence, log_time, data })
     }
@@ -225,6 +228,7 @@ impl<R: Read + Seek> Iterator for Ticks<'_, R> {
                 return tick;
             }
         }
+        // No later tick completes the last one.
         self.replay.end()
     }
 }

@@ -81,6 +81,7 @@ pub fn recover(input: &Path, output: &Path) -> Result<RecoveredLog, RecoverError
     let source = File::open(input)
         .map_err(|source| ReadError::Unreadable { path: input.to_owned(), source })
         .map(BufReader::new)?;
+    // Check and create in one step, so that a file that appears meanwhile is not overwritten.
     let file = File::create_new(output).map_err(|error| output_error(output, error))?;
     let mut salvage = Salvage::new(source);
     let recovered = copy(&mut salvage, file).map_err(|reason| {
@@ -101,6 +102,8 @@ fn output_error(output: &Path, error: io::Error) -> RecoverError {
 
 fn copy(salvage: &mut Salvage<BufReader<File>>, file: File) -> McapResult<RecoveredLog> {
     let mut records = salvage.peekable();
+    // A log begins with its header, so the library and profile of the original must be known before anything is
+    // written.
     let header = match records.next_if(|record| matches!(record, Record::Header(_))) {
         Some(Record::Header(header)) => header,
         _ => Header { profile: String::new(), library: String::new() },
@@ -149,6 +152,7 @@ impl LogRecovery {
         };
         self.recovered.messages += 1;
         let time = header.log_time;
+        // Logs of other programs need not be in order of time.
         let (first, last) = self.recovered.span.unwrap_or((time, time));
         self.recovered.span = Some((first.min(time), last.max(time)));
         self.writer.write_to_known_channel(&header, data)

@@ -55,6 +55,7 @@ impl Replay {
     pub(crate) fn take(&mut self, topic: &str, tick: u32, data: &[u8]) -> Option<Replayed> {
         let before = if i64::from(tick) == self.tick.frame.tick { None } else { self.turn_to(tick.into()) };
         self.tick.messages += 1;
+        // Only a message that was understood makes a tick: one of an unknown topic must not yield an empty one.
         self.begun |= self.place(topic, data).is_some();
         before
     }
@@ -86,9 +87,11 @@ impl Replay {
             topics::LINKS => self.tick.frame.links.push(LinkCounts::decode(data).ok()?.counts()),
             topics::TIMING => self.tick.timing = Some(Timing::decode(data).ok()?),
             topics::LEADER_POSE => {
+                // Not the leader of the frame, which would then come and go from tick to tick.
                 let position = PoseInFrame::decode(data).ok()?.pose?.position?;
                 self.tick.leader = Some(Point2::new(position.x, position.y));
             }
+            // Scenes, map, metrics and faults only show what the states and events hold, so they are not read back.
             _ => self.place_uav(UavTopic::parse(topic)?, data)?,
         }
         Some(())
@@ -109,6 +112,7 @@ impl Replay {
     }
 
     fn uav(&mut self, number: u32) -> Option<&mut UavFrame> {
+        // The number comes from a file that may be damaged: it may be 0, or larger than the swarm.
         self.tick.frame.uavs.get_mut(number.checked_sub(1)? as usize)
     }
 }
@@ -175,6 +179,8 @@ impl Past {
     }
 
     fn learn_tick(&mut self, tick: Replayed) {
+        // In the order in which a recorder takes events and frames, so that a successor is in the state of its
+        // predecessor.
         for event in &tick.events {
             self.viewer.on_event(&event.event);
             self.metrics.on_event(event);

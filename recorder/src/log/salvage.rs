@@ -147,10 +147,12 @@ impl<R: Read + Seek> Salvage<R> {
     /// Reads the next record outside the chunks and always advances; `None` if it holds no content or is damaged.
     fn next_outside(&mut self) -> Option<Record<'static>> {
         let begin = self.offset;
+        // Without a plausible head, nothing tells where the next record begins: search for a chunk.
         let Some(head) = self.read_head() else {
             self.skip_to_next_chunk(begin);
             return None;
         };
+        // The record fits into the file, so this is an error of the disk, and what follows may be unreadable, too.
         if let Err(error) = self.read_body(head.length) {
             self.damages.add(begin, self.length - begin, format!("cannot be read: {error}"));
             self.is_exhausted = true;
@@ -206,6 +208,7 @@ impl<R: Read + Seek> Salvage<R> {
     fn fetch_summary(&mut self) {
         if self.repeated.is_none() {
             self.repeated = Some(summary::repeated(&mut self.source, self.length).unwrap_or_default());
+            // The summary lies at the end of the file, so go back to the current record.
             self.is_exhausted |= self.source.seek(SeekFrom::Start(self.offset)).is_err();
         }
     }
@@ -216,6 +219,7 @@ impl<R: Read + Seek> Salvage<R> {
             self.damages.add(begin, self.offset - begin, "an incomplete end of the data section");
             return;
         };
+        // After the data section comes the summary, which holds nothing of its own.
         (self.has_ended, self.is_exhausted) = (true, true);
         let found = self.checksum_before.clone().finalize();
         // 0 means that the writer stated no checksum. After a damage the mismatch is already explained.
@@ -272,6 +276,7 @@ impl<R: Read + Seek> Salvage<R> {
     fn next_inside(&mut self) -> Option<Record<'static>> {
         let Some((opcode, body)) = self.chunk.next_record() else {
             self.damages.add(self.offset, 0, "the chunk before this breaks off within a record");
+            // Give up the rest of the chunk: records have lengths but no marks to search for.
             self.chunk = Chunk::default();
             return None;
         };
@@ -299,6 +304,8 @@ impl<R: Read + Seek> Iterator for Salvage<R> {
             } else if self.is_exhausted {
                 return None;
             } else if self.offset >= self.length {
+                // A file that was cut between two records ends here. Nothing is damaged; `has_ended` tells that the
+                // end is missing.
                 self.is_exhausted = true;
                 None
             } else {

@@ -15,6 +15,8 @@ use std::{
 /// The end of a readable file without indexes: a `DataEnd` record and a `Footer` record whose zeros mean "no checksum"
 /// and "no summary", then the magic.
 const TAIL: [u8; 50] = {
+    // Each record is an opcode, the length of its content in eight bytes, and the content: 4 bytes of checksum in
+    // `DataEnd`; 20 bytes of summary offsets and checksum in `Footer`.
     let mut tail = [0; 50];
     tail[0] = DATA_END;
     tail[1] = 4;
@@ -77,6 +79,8 @@ impl Write for Sink {
     }
 
     fn flush(&mut self) -> io::Result<()> {
+        // `mcap` finishes a log that is dropped. After a failed write that would write once more, over the restored
+        // tail.
         if self.pending.is_empty() || self.broken {
             return Ok(());
         }

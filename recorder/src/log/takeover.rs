@@ -33,6 +33,7 @@ pub(crate) fn take_over(
     begun: bool,
     past: &mut Past,
 ) -> Result<LogWriter, RecorderError> {
+    // Before anything is created, so that a refusal leaves the folder as it was.
     check_is_of_this_flight(path, opening, begun)?;
     let mut takeover =
         Takeover { log: LogWriter::create(&part_of(path), opening)?, copier: RecordCopier::default(), past };
@@ -44,6 +45,7 @@ pub(crate) fn take_over(
     if past.has_introduction {
         log.skip_introduction();
     }
+    // Flush before the move: the file that replaces the old log must hold all that the old one held.
     log.flush()?;
     log.move_to(path)?;
     Ok(log)
@@ -63,6 +65,8 @@ fn check_is_of_this_flight(path: &Path, opening: &Opening, begun: bool) -> Resul
     let mut start = Vec::new();
     let magic = MAGIC.len() as u64;
     open(path)?.take(magic).read_to_end(&mut start).map_err(RecorderError::log(path, "read"))?;
+    // A file shorter than the magic is not foreign: a recorder that dies before its first flush leaves an empty one.
+    // In the search, `Some(None)` ends it without a problem.
     let problem = if MAGIC.starts_with(&start) {
         Salvage::new(open(path)?).find_map(|record| match record {
             Record::Attachment { header, data, .. } if header.name == SCENARIO => {
@@ -101,6 +105,7 @@ impl Takeover<'_> {
 
     fn take_message(&mut self, header: MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
         let sequence = header.sequence;
+        // A message whose channel is lost is of no use to any reader.
         let Some((header, topic)) = self.copier.translate(header) else { return Ok(()) };
         self.past.learn(topic, sequence, data);
         self.log.copy(&header, data)

@@ -33,6 +33,7 @@ use std::{
 
 /// The copy of the layout beside the log, which Foxglove imports.
 const LAYOUT_FILE: &str = "layout.json";
+/// The program that wrote the log, in its header. mcap's own default would change with every version of that library.
 const LIBRARY: &str = concat!("ringwing ", env!("CARGO_PKG_VERSION"));
 /// Bytes of messages per chunk. Larger chunks compress better; a reader has to unpack a whole one for any message in it.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -109,6 +110,8 @@ impl LogWriter {
         view: &TickView,
     ) -> Result<(), RecorderError> {
         let tick = frame.tick;
+        // Flush between ticks only: a successor takes over whatever the file holds, and in half a tick some UAVs
+        // would seem to be gone.
         self.flush_if_due(tick)?;
         self.write_events(tick, events)?;
         self.write_some(self.channels.faults, tick, view.faults.as_ref())?;
@@ -130,6 +133,7 @@ impl LogWriter {
         if let (Some(channel), Some(timing)) = (self.channels.timing, timing) {
             self.write(channel, tick, &Timing::from(timing))?;
         }
+        // `/uav/...` sorts after all other topics.
         (1..).zip(&frame.uavs).try_for_each(|(number, uav)| self.write_uav(tick, number, uav))
     }
 
@@ -152,6 +156,8 @@ impl LogWriter {
     }
 
     fn write_lines(&mut self, tick: i64, events: &[TimedEvent]) -> Result<(), RecorderError> {
+        // With the first tick, not at creation: a takeover creates its log before it knows whether the old one holds
+        // the introduction.
         if let Some(introduction) = self.introduction.take() {
             self.write(self.channels.log, tick, &introduction)?;
         }
@@ -185,6 +191,8 @@ impl LogWriter {
     fn write(&mut self, channel_id: u16, tick: i64, message: &impl Encode) -> Result<(), RecorderError> {
         self.buffer.clear();
         message.encode(&mut self.buffer).expect("a vector has room for any message");
+        // Both times are simulated: a wall-clock time would make the files of equal flights differ. The sequence is
+        // the tick, because readers group messages into ticks by it.
         let log_time = self.clock.log_time_ns(tick);
         let header = MessageHeader { channel_id, sequence: tick as u32, log_time, publish_time: log_time };
         self.messages += 1;
@@ -220,6 +228,7 @@ impl LogWriter {
     /// Writes all messages so far to the file.
     pub(crate) fn flush(&mut self) -> Result<(), RecorderError> {
         self.flushed = Instant::now();
+        // Before the first message only channels wait, and a chunk without messages makes Foxglove stop reading: see `open`.
         if self.messages == 0 {
             return Ok(());
         }
@@ -228,6 +237,7 @@ impl LogWriter {
 
     /// Moves the log to `path` in one step, in place of the file there.
     pub(crate) fn move_to(&mut self, path: &Path) -> Result<(), RecorderError> {
+        // The open file stays the same file under its new name, so writing simply continues.
         std::fs::rename(&self.path, path).map_err(RecorderError::log(&self.path, "renamed"))?;
         path.clone_into(&mut self.path);
         Ok(())
@@ -258,9 +268,11 @@ fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSee
         .compression_threads(0)
         // A quarter less work than the default level, for 2 % more bytes.
         .compression_level(1)
+        // The sink only appends: complete each chunk in memory instead of going back to its header.
         .disable_seeking(true)
         .create(NoSeek::new(Sink::new(file)))?;
     writer.write_metadata(&Metadata { name: RUN.into(), metadata: describe(opening.scenario) })?;
+    // Simulated time here, too: the moment of writing would make the files of equal flights differ.
     let start = Clock::new(opening.scenario.time.rate_hz).log_time_ns(0);
     let attachments = [(SCENARIO, "application/toml", opening.text), (LAYOUT, "application/json", layout)];
     for (name, media_type, text) in attachments {

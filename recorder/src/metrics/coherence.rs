@@ -35,7 +35,9 @@ impl Coherence {
 fn order(frame: &Frame) -> Option<f64> {
     let headings = frame.all_commanded().map(|state| state.heading_rad);
     let (count, x, y) = headings.fold((0, 0.0, 0.0), |(count, x, y), heading| {
-        (count + 1, x + libm::cos(heading), y + libm::sin(heading))
+        // Both at once: the reduction of the angle, which they share, is half of the work.
+        let (sin, cos) = libm::sincos(heading);
+        (count + 1, x + cos, y + sin)
     });
     (count > 0).then(|| libm::hypot(x, y) / f64::from(count)).filter(|order| order.is_finite())
 }
@@ -46,6 +48,7 @@ fn ring_pieces(frame: &Frame) -> u32 {
     let are_linked = |(one, next): &(&UavFrame, &UavFrame)| one.commanded().and(next.commanded()).is_some();
     let links = neighbours.filter(are_linked).count() as u32;
     let count = frame.all_commanded().count() as u32;
+    // A ring without a cut has as many links as members: it is one piece, or none if nobody flies.
     if links == count { count.min(1) } else { count - links }
 }
 

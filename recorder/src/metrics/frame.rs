@@ -48,6 +48,7 @@ pub struct AirframeSample {
 impl From<&Sensed> for AirframeSample {
     fn from(sensed: &Sensed) -> Self {
         let position = Point2::from(sensed.position_m);
+        // Obstacles are sorted, the nearest first. The d of Eq. (13) is measured to the centre.
         let distance = |centre: [f64; 2]| (Point2::from(centre) - position).norm();
         Self {
             position,
@@ -198,6 +199,7 @@ pub struct ControlTerms {
 impl ControlTerms {
     /// The terms of `account`, at `rate_hz` ticks a second.
     pub fn of(account: &Account, rate_hz: u32) -> Self {
+        // Payloads hold flags as integers, because most byte values are not a valid `bool`.
         let age_s = |ticks: u32| f64::from(ticks) / f64::from(rate_hz);
         Self {
             speed_command_m_s: account.speed_m_s,
@@ -223,6 +225,7 @@ impl ControlTerms {
     /// Both neighbours' terms of `f_i`.
     pub fn neighbour_force_m(&self) -> [f64; 2] {
         let ([previous_x, previous_y], [next_x, next_y]) = (self.previous_force_m, self.next_force_m);
+        // The sum of two rounded terms has new low bits, which would not compress.
         [single(previous_x + next_x), single(previous_y + next_y)]
     }
 
@@ -261,9 +264,11 @@ impl Frame {
         self.leader = samples.leader;
         self.torn = samples.torn;
         let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();
+        // Agents send their counts in any order; sorted, equal flights give equal logs.
         counts.sort_by_key(|counts| (counts.to, counts.from));
         self.links.clear();
         self.links.extend(counts.into_iter().map(LinkTotals::from));
+        // The ring is up to date by now: slots and neighbours come from it.
         for (uav, frame) in UavId::all(self.ring.uavs()).zip(&mut self.uavs) {
             let control =
                 samples.accounts[uav.index()].as_ref().map(|account| ControlTerms::of(account, rate_hz));
@@ -301,6 +306,7 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         samples.airframes[UavId(neighbour.uav).index()].map(|other| distance(other.position))
     };
     let place = ring.place(uav.0);
+    // The leader's true position at this tick, not what agents heard of it: errors include the delay of their data.
     let centre = samples.leader.map(|leader| Point2::from(leader.position_m));
     let slot = centre.map(|centre| centre + place.offset);
     Some(TrueState {

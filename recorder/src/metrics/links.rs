@@ -67,6 +67,7 @@ impl LinkTally {
     /// Takes a count.
     pub(super) fn observe(&mut self, counts: &LinkTotals) {
         let Receivers { before, now } = self.links.entry(counts.link.clone()).or_default();
+        // The totals start from `before`, which is created without a name.
         before.link.clone_from(&counts.link);
         // The counts of one receiver only grow, so smaller ones come from its successor.
         if counts.offered < now.offered {

@@ -50,8 +50,11 @@ impl LyapunovWatch {
         let value = self.candidate(frame).filter(|value| value.is_finite());
         let before = self.last.take();
         if let (Some(value_m2), Some(before)) = (value, before) {
+            // V jumps when a UAV joins or leaves the formation, and what happened in a missing tick is unknown.
             let follows = before.tick + 1 == frame.tick && before.commanded == commanded;
+            // The 1 m2 keeps the tolerance above rounding errors where V itself is almost 0.
             let rose = value_m2 > before.value_m2 + ROUNDING * (1.0 + before.value_m2);
+            // The commands of the tick before led to this V, so they decide whether the theorem applies.
             self.rises += u64::from(follows && before.proven && rose);
         }
         let proven = self.is_papers && is_proven(frame);
@@ -76,6 +79,7 @@ impl LyapunovWatch {
             let neighbours =
                 [(place.previous, state.previous_distance_m), (place.next, state.next_distance_m)];
             let pairs: f64 = neighbours.into_iter().filter_map(stretch).sum();
+            // A pair's term has weight 1/2, like those of the other distances; each of its two UAVs adds half of it.
             *sum.get_or_insert(0.0) += 0.25 * pairs + self.share_of(state, place.radius_m)?;
         }
         sum

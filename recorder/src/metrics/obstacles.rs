@@ -25,11 +25,16 @@ impl ObstacleWatch {
         Self { obstacle: obstacle.clone(), nearest: Vec::new() }
     }
 
-    pub(super) fn observe(&mut self, tick: i64, places: &[(u32, Point2<f64>)]) {
+    /// Takes the positions of all UAVs at `tick`; returns the smallest distance from the obstacle's edge to any of them,
+    /// negative inside, or `None` without UAVs.
+    pub(super) fn observe(&mut self, tick: i64, places: &[(u32, Point2<f64>)]) -> Option<f64> {
         let centre = Point2::from(self.obstacle.position_m);
+        let mut closest_m: Option<f64> = None;
         for (uav, place) in places {
             let distance_m = (place - centre).norm();
+            closest_m = Some(closest_m.map_or(distance_m, |closest_m| closest_m.min(distance_m)));
             let index = *uav as usize - 1;
+            // The watch does not know the size of the swarm; it grows with the numbers that it sees.
             if index >= self.nearest.len() {
                 self.nearest.resize(index + 1, None);
             }
@@ -38,18 +43,13 @@ impl ObstacleWatch {
                 *so_far = Some(Nearest { distance_m, uav: *uav, tick });
             }
         }
-    }
-
-    /// The smallest distance from its edge to any of these positions; negative inside.
-    pub(super) fn clearance_m(&self, places: &[(u32, Point2<f64>)]) -> Option<f64> {
-        let centre = Point2::from(self.obstacle.position_m);
-        let squared = places.iter().map(|(_, place)| (place - centre).norm_squared()).reduce(f64::min)?;
-        Some(squared.sqrt() - self.obstacle.radius_m)
+        closest_m.map(|closest_m| closest_m - self.obstacle.radius_m)
     }
 
     /// The closest approach of the flight; `None` if no UAV has flown yet.
     pub(super) fn summary(&self, rate_hz: u32) -> Option<ObstacleSummary> {
         let mut approaches: Vec<Nearest> = self.nearest.iter().flatten().copied().collect();
+        // A stable sort: of equally close UAVs, the lowest number comes first.
         approaches.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
         let closest = approaches.first()?;
         let is_repelled = |one: &&Nearest| one.distance_m < self.obstacle.braking_distance_m;

@@ -25,15 +25,24 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// The closest pairs of UAVs at these places, apart for neighbours in `ring` and for all others. The UAVs' numbers
-    /// must ascend.
-    pub(super) fn among(places: &[(u32, Point2<f64>)], ring: &FlownRing) -> Self {
-        // There are n^2 / 2 pairs a tick: compare squared distances, and search the ring only for pairs that are close.
+    /// The closest pairs of UAVs at these places, apart for neighbours in `ring` and for all others. Sorts the places
+    /// from west to east.
+    pub(super) fn among(places: &mut [(u32, Point2<f64>)], ring: &FlownRing) -> Self {
+        // There are n^2 / 2 pairs a tick. From west to east, all but a few are too far apart in x alone to be closest.
+        // In UAV order a ring consists of a few runs that rise or fall, which a stable sort only has to merge.
+        places.sort_by(|(_, one), (_, two)| one.x.total_cmp(&two.x));
         let (mut adjacent, mut other) = (Candidate::NONE, Candidate::NONE);
         for (index, (uav, place)) in places.iter().enumerate() {
             for (number, there) in &places[index + 1..] {
-                let squared = (place - there).norm_squared();
-                if squared < adjacent.squared || squared < other.squared {
+                let between = there - place;
+                // Rounding keeps the order of squares, so all places behind the break are farther away.
+                let farthest = adjacent.squared.max(other.squared);
+                if between.x * between.x > farthest {
+                    break;
+                }
+                let squared = between.norm_squared();
+                // Ask the ring last: looking up neighbours takes longer than a distance.
+                if squared <= farthest {
                     let kind = if ring.are_neighbours(*uav, *number) { &mut adjacent } else { &mut other };
                     kind.offer(squared, *uav, *number);
                 }
@@ -58,13 +67,16 @@ impl Candidate {
     const NONE: Self = Self { squared: f64::INFINITY, uavs: (0, 0) };
 
     fn offer(&mut self, squared: f64, uav: u32, other: u32) {
-        if squared < self.squared {
-            *self = Self { squared, uavs: (uav, other) };
+        let uavs = (uav.min(other), uav.max(other));
+        // Of equally close pairs the one with the lowest numbers, whatever the order of the search.
+        if (squared, uavs) < (self.squared, self.uavs) {
+            *self = Self { squared, uavs };
         }
     }
 
     fn pair(self) -> Option<UavPair> {
         let (uav, other) = self.uavs;
+        // Infinite without any pair, or if the square overflows. JSON could hold neither.
         (self.squared < f64::INFINITY).then(|| UavPair { distance_m: self.squared.sqrt(), uav, other })
     }
 }
@@ -102,6 +114,7 @@ impl ClosestSoFar {
 }
 
 fn keep_closer(closest: &mut Option<(UavPair, i64)>, pair: Option<UavPair>, tick: i64) {
+    // Strictly closer, so that of equal distances the first moment is kept.
     if let Some(pair) =
         pair.filter(|pair| closest.is_none_or(|(so_far, _)| pair.distance_m < so_far.distance_m))
     {
@@ -124,7 +137,7 @@ mod tests {
     }
 
     fn pairs(places: &[(f64, f64)]) -> Pairs {
-        Pairs::among(&numbered(places), &FlownRing::new(&testing::ring_of(places.len() as u32, 40.0)))
+        Pairs::among(&mut numbered(places), &FlownRing::new(&testing::ring_of(places.len() as u32, 40.0)))
     }
 
     #[test]
@@ -137,18 +150,21 @@ mod tests {
 
     #[test]
     fn neighbours_are_those_of_the_ring_that_has_closed() {
-        let places = numbered(&[(0.0, 0.0), (1.0, 0.0), (5.0, 0.0), (9.0, 0.0), (50.0, 0.0)]);
+        let mut places = numbered(&[(0.0, 0.0), (1.0, 0.0), (5.0, 0.0), (9.0, 0.0), (50.0, 0.0)]);
         let mut scenario = testing::ring_of(5, 40.0);
         scenario.control.ring_closes = true;
         let mut ring = FlownRing::new(&scenario);
-        assert_eq!(Pairs::among(&places, &ring).adjacent.map(|pair| (pair.uav, pair.other)), Some((1, 2)));
+        assert_eq!(
+            Pairs::among(&mut places, &ring).adjacent.map(|pair| (pair.uav, pair.other)),
+            Some((1, 2))
+        );
         ring.follow(|number| number != 2);
         // UAV 2 has left the ring: it is nobody's neighbour, and UAV 1 and 3 have become neighbours.
-        let closest = Pairs::among(&places, &ring);
+        let closest = Pairs::among(&mut places, &ring);
         assert_eq!(closest.other.map(|pair| (pair.uav, pair.other)), Some((1, 2)));
         assert_eq!(closest.adjacent.map(|pair| (pair.uav, pair.other)), Some((3, 4)));
-        let far = numbered(&[(0.0, 0.0), (1.0, 0.0), (5.0, 0.0), (19.0, 0.0), (50.0, 0.0)]);
-        assert_eq!(Pairs::among(&far, &ring).adjacent.map(|pair| (pair.uav, pair.other)), Some((1, 3)));
+        let mut far = numbered(&[(0.0, 0.0), (1.0, 0.0), (5.0, 0.0), (19.0, 0.0), (50.0, 0.0)]);
+        assert_eq!(Pairs::among(&mut far, &ring).adjacent.map(|pair| (pair.uav, pair.other)), Some((1, 3)));
     }
 
     #[test]
@@ -167,6 +183,26 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn of_equally_close_pairs_the_one_with_the_lowest_numbers_is_found(
+            places in proptest::collection::vec((-3..3_i32, -3..3_i32), 4..30),
+        ) {
+            let places: Vec<_> = places.into_iter().map(|(x, y)| (f64::from(x), f64::from(y))).collect();
+            let mut plain = [Candidate::NONE; 2];
+            let ring = FlownRing::new(&testing::ring_of(places.len() as u32, 40.0));
+            for (index, (uav, place)) in numbered(&places).into_iter().enumerate() {
+                for (number, there) in numbered(&places).into_iter().skip(index + 1) {
+                    let squared = (place - there).norm_squared();
+                    let kind = &mut plain[usize::from(!ring.are_neighbours(uav, number))];
+                    if squared < kind.squared {
+                        *kind = Candidate { squared, uavs: (uav, number) };
+                    }
+                }
+            }
+            let [adjacent, other] = plain.map(Candidate::pair);
+            prop_assert_eq!(pairs(&places), Pairs { adjacent, other });
+        }
+
         #[test]
         fn the_fast_search_finds_the_same_pairs_as_a_plain_one(
             places in proptest::collection::vec((-100.0..100.0_f64, -100.0..100.0_f64), 3..40),

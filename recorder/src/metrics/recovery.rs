@@ -13,7 +13,7 @@ const LISTED: usize = 100;
 pub struct FaultRecovery {
     /// What happened, as a sentence.
     pub fault: String,
-    /// When, in simulated time.
+    /// When it happened, in simulated time.
     pub time_s: f64,
     /// Time from the fault until every slot error is within 1 m and stays so to the next fault or the end of the flight.
     /// Absent if the formation did not recover; 0 if the fault had no effect.
@@ -44,6 +44,7 @@ impl RecoveryWatch {
     pub(super) fn on_disturbance(&mut self, tick: i64, what: &str) {
         self.count += 1;
         if let Some(last) = self.faults.last_mut().filter(|last| last.tick == tick) {
+            // As two faults, the first would end in the tick in which it begins, before anything could recover.
             last.what = format!("{}; {what}", last.what);
         } else if self.faults.len() < LISTED {
             // A report may come after the frame of its tick, so frames since that tick count as well.

@@ -66,6 +66,7 @@ impl FlownRing {
     pub(super) fn are_neighbours(&self, uav: u32, other: u32) -> bool {
         let place = self.place(uav);
         let is_other = |neighbour: Option<RingNeighbour>| neighbour.is_some_and(|one| one.uav == other);
+        // A UAV outside has neighbours to return to, but they do not count it as theirs.
         place.is_in && self.place(other).is_in && (is_other(place.previous) || is_other(place.next))
     }
 

@@ -30,11 +30,12 @@ impl Settling {
         }
         let since = *self.holding_since.get_or_insert(tick);
         if tick - since >= self.hold_ticks {
+            // The first time counts. What later faults do is measured as recovery.
             self.settled_at.get_or_insert(since);
         }
     }
 
-    /// The tick from which the formation stood for long enough, or stands at the end of the flight.
+    /// The tick since which the formation held for long enough, or has held until the end of the flight.
     pub(super) fn settled_at(&self) -> Option<i64> {
         self.settled_at.or(self.holding_since)
     }
@@ -44,36 +45,36 @@ impl Settling {
 mod tests {
     use super::*;
 
-    /// Settling at 10 Hz of a flight of 200 ticks in which the formation begins or ceases to stand at each of `turns`.
+    /// Settling at 10 Hz of a flight of 200 ticks in which the formation begins or ceases to hold at each of `turns`.
     fn settled_at(turns: &[i64]) -> Option<i64> {
         let mut settling = Settling::new(10);
         for tick in 0..200 {
-            let stands = turns.iter().filter(|turn| **turn <= tick).count() % 2 == 1;
-            settling.observe(tick, Some(if stands { 0.0 } else { 2.0 }));
+            let holds = turns.iter().filter(|turn| **turn <= tick).count() % 2 == 1;
+            settling.observe(tick, Some(if holds { 0.0 } else { 2.0 }));
         }
         settling.settled_at()
     }
 
     #[test]
-    fn it_has_settled_when_it_stands_for_five_seconds() {
+    fn a_formation_that_holds_for_five_seconds_has_settled() {
         assert_eq!(settled_at(&[30, 81]), Some(30));
         assert_eq!(settled_at(&[30, 80]), None);
         assert_eq!(settled_at(&[30, 80, 90]), Some(90));
     }
 
     #[test]
-    fn what_comes_later_does_not_unsettle_it() {
+    fn a_later_error_does_not_unsettle_the_formation() {
         assert_eq!(settled_at(&[30, 100, 120]), Some(30));
     }
 
     #[test]
-    fn at_the_end_it_need_not_stand_that_long() {
+    fn a_formation_that_holds_at_the_end_of_the_flight_has_settled() {
         assert_eq!(settled_at(&[199]), Some(199));
         assert_eq!(settled_at(&[]), None);
     }
 
     #[test]
-    fn the_tolerance_itself_is_within_and_no_error_says_nothing() {
+    fn an_error_at_the_tolerance_counts_as_settled_and_a_missing_error_changes_nothing() {
         let mut settling = Settling::new(10);
         settling.observe(0, Some(1.0));
         settling.observe(1, None);

@@ -64,7 +64,7 @@ pub struct ClosestPair {
     pub uav: u32,
     /// The higher number.
     pub other: u32,
-    /// When.
+    /// When it happened, in simulated time.
     pub time_s: f64,
 }
 
@@ -75,9 +75,9 @@ pub struct ObstacleSummary {
     pub name: String,
     /// Distance to its edge; negative inside.
     pub clearance_m: f64,
-    /// Who.
+    /// The UAV that came closest.
     pub uav: u32,
-    /// When.
+    /// When it happened, in simulated time.
     pub time_s: f64,
     /// The UAVs that came within its braking distance, the nearest first: it repelled that one hardest.
     pub repelled: Vec<u32>,
@@ -106,6 +106,7 @@ pub struct UavSummary {
 
 impl UavSummary {
     pub(super) fn of(state: &TrueState) -> Self {
+        // JSON writes an infinity as null. Leave it out here, so that a summary is read back as it was written.
         let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
         Self {
             uav: state.uav,

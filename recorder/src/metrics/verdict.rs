@@ -1,6 +1,6 @@
 //! Judges whether a flight met the requirements of its scenario.
 //!
-//! Must never pass what it cannot measure: a requirement without a measured value is violated.
+//! Must never pass what it cannot measure: a requirement that applies but has no measured value is violated.
 
 use super::FlightSummary;
 use ringwing_scenario::RequirementsSection;
@@ -34,6 +34,7 @@ fn judge_clearances(least_m: f64, summary: &FlightSummary) -> impl Iterator<Item
 }
 
 fn judge_separation(least_m: f64, summary: &FlightSummary) -> Option<String> {
+    // A swarm of one has no pair, and so nothing that could be too close.
     let pair = summary.closest_pair.filter(|pair| pair.distance_m < least_m)?;
     Some(format!(
         "closest pair {:.2} m (uav {} and {} at {:.2} s), required at least {least_m} m",
@@ -55,6 +56,7 @@ fn judge_slot_error(most_m: f64, summary: &FlightSummary) -> Option<String> {
     match summary.slot_error_max_m {
         None => Some(format!("no slot error is known at the end, required at most {most_m} m")),
         Some(error_m) if error_m > most_m => {
+            // The largest error is one of these values to the bit, so comparing them is safe.
             let worst = summary.uavs.iter().find(|uav| uav.commanded && uav.slot_error_m == Some(error_m));
             let whose = worst.map_or_else(String::new, |uav| format!(" (uav {})", uav.uav));
             Some(format!("largest slot error at the end {error_m:.3} m{whose}, required at most {most_m} m"))
@@ -109,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_required_and_unknown_is_violated_and_what_is_not_required_is_not() {
+    fn an_unknown_value_violates_its_requirement_and_without_requirements_nothing_is_violated() {
         assert_eq!(
             judge(&strict(), &FlightSummary::default(), 0),
             [

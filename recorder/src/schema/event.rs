@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_event_is_not_read_as_one() {
+    fn an_event_of_an_unknown_kind_is_not_read() {
         let message =
             LoggedEvent { json: "{\"tick\":3,\"kind\":\"of_the_future\"}".into(), ..LoggedEvent::default() };
         assert_eq!(message.event(), None);

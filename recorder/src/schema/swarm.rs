@@ -141,6 +141,7 @@ impl SwarmMetrics {
         let coherence = moment.coherence;
         Self {
             tick: moment.tick,
+            // The log keeps this name for other programs, although a UAV in its failsafe is alive, too.
             alive: moment.commanded,
             slot_error_max_m: moment.slot_error_max_m,
             slot_error_rms_m: moment.slot_error_rms_m,

@@ -84,6 +84,7 @@ impl UavTopic {
 
 /// The number of a UAV with leading zeros, so that names in a swarm of `uavs` sort by number.
 pub(crate) fn padded(uav: u32, uavs: u32) -> String {
+    // At least three digits, so that the topics of a UAV have the same names in all swarms of up to 999.
     let width = uavs.to_string().len().max(3);
     format!("{uav:0width$}")
 }

@@ -228,6 +228,8 @@ impl UavControl {
 
     /// What this message says that the agent commanded.
     pub(crate) fn terms(&self) -> ControlTerms {
+        // The sum of the neighbours' terms and the length of the repulsion are only logged for plots: they follow
+        // from the rest.
         ControlTerms {
             speed_command_m_s: self.speed_command_m_s,
             turn_rate_command_rad_s: self.turn_rate_command_rad_s,

@@ -48,8 +48,10 @@ impl CurrentFaults {
     pub(crate) fn on_event(&mut self, event: &Event) {
         use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
         match event {
+            // The launcher reports an end that was requested as a fault, and any other as a loss.
             Event::ProcessLost { part, .. }
             | Event::ProcessFault { part, action: Kill { .. } | Stop, .. } => {
+                // A killed process needs no thaw: it is no longer frozen.
                 self.frozen.remove(part);
                 self.lost.insert(*part);
             }

@@ -4,7 +4,7 @@
 //! conversion is exact, by way of earth-centred coordinates; the altitude is the scenario's everywhere. Never flattens
 //! the earth by a degrees-per-metre factor, which is wrong far from the origin and near the poles.
 
-use super::palette;
+use super::{circle, palette};
 use crate::{
     clock::Clock,
     metrics::{Frame, TrueState},
@@ -14,7 +14,6 @@ use nalgebra::{Point2, Point3, Vector2, Vector3};
 use ringwing_flight::{LeaderState, direction};
 use ringwing_scenario::{GeoreferenceSection, ObstacleSection};
 use serde_json::{Value, json};
-use std::f64::consts::TAU;
 
 /// Semi-major axis of the WGS 84 ellipsoid, metres.
 const A_M: f64 = 6_378_137.0;
@@ -26,7 +25,7 @@ const ROUNDS: usize = 6;
 /// polygons, whose last corner repeats the first, with counterclockwise corners.
 const ARROWHEAD_M: [(f64, f64); 5] = [(8.0, 0.0), (-6.0, 5.0), (-3.0, 0.0), (-6.0, -5.0), (8.0, 0.0)];
 /// Corners of an obstacle's outline. Fewer look angular; each costs about 30 bytes in every map message.
-const CORNERS: u32 = 24;
+const OUTLINE_CORNERS: u32 = 24;
 /// Most obstacles on the map. With more, their outlines would make up most of every map message.
 const OBSTACLES: usize = 16;
 
@@ -98,6 +97,7 @@ impl Earth {
             latitude: latitude_deg,
             longitude: longitude_deg,
             altitude: self.altitude_m,
+            // The schema lets the colour be absent, but rerun's converter fails without it.
             color: Some(palette::BRIGHT.in_scene(1.0)),
             ..LocationFix::default()
         }
@@ -125,12 +125,11 @@ impl Earth {
     }
 
     fn obstacle_on_map(&self, obstacle: &ObstacleSection) -> Value {
-        let corner = |number: u32| {
-            let bearing = TAU * f64::from(number % CORNERS) / f64::from(CORNERS);
-            let out = Vector2::new(libm::cos(bearing), libm::sin(bearing)) * obstacle.radius_m;
-            self.coordinates(Point2::from(obstacle.position_m) + out)
-        };
-        let outline: Vec<Value> = (0..=CORNERS).map(corner).collect();
+        let centre = Point2::from(obstacle.position_m);
+        let corners = circle::polygon(centre, obstacle.radius_m, OUTLINE_CORNERS);
+        let mut outline: Vec<Value> = corners.map(|corner| self.coordinates(corner)).collect();
+        // RFC 7946 wants closed polygons: the last corner repeats the first.
+        outline.extend(outline.first().cloned());
         feature(
             &obstacle.name,
             &json!({ "type": "Polygon", "coordinates": [outline] }),
@@ -142,6 +141,7 @@ impl Earth {
     fn coordinates(&self, place: Point2<f64>) -> Value {
         let Geodetic { latitude_deg, longitude_deg } = self.locate(place);
         let rounded = |degrees: f64| (degrees * 1e7).round() / 1e7;
+        // RFC 7946 puts the longitude first.
         json!([rounded(longitude_deg), rounded(latitude_deg)])
     }
 }

@@ -48,6 +48,7 @@ impl<'a> ShownLog<'a> {
         let uavs = if count <= LISTED_UAVS {
             (1..=count).collect()
         } else {
+            // Spread evenly around the ring, so that every side of the formation is seen.
             (0..SELECTED_UAVS).map(|part| 1 + part * count / SELECTED_UAVS).collect()
         };
         Self { scenario, timing, uavs }

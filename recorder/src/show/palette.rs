@@ -55,6 +55,7 @@ impl Rgb {
 
     /// A mixture with `share` of `other`, from 0 (this colour) to 1.
     pub fn mixed_with(self, other: Self, share: f64) -> Self {
+        // Ages beyond the limit ask for a share above 1.
         let mix = |own: u8, its: u8| {
             (f64::from(own) + share.clamp(0.0, 1.0) * (f64::from(its) - f64::from(own))).round() as u8
         };

@@ -44,6 +44,7 @@ pub(crate) fn transforms(frame: &Frame, clock: Clock) -> FrameTransforms {
         translation: Some(Vector3 { x, y, z: 0.0 }),
         rotation: Some(turned(heading_rad)),
     };
+    // All frames in one message: after a seek, a viewer has only the last message of a topic.
     let leader = frame.leader.iter().map(|leader| transform(LEADER.into(), leader.position_m, 0.0));
     let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref());
     let uavs = uavs.map(|uav| transform(uav_frame(uav.uav, count), [uav.x_m, uav.y_m], uav.heading_rad));
@@ -71,6 +72,8 @@ fn entity(frame_id: impl Into<String>, id: impl Into<String>, clock: Clock, tick
         timestamp: Some(clock.timestamp(tick)),
         frame_id: frame_id.into(),
         id: id.into(),
+        // The viewer moves the entity with its frame until the next message, instead of leaving it where it was
+        // drawn.
         frame_locked: true,
         ..SceneEntity::default()
     }

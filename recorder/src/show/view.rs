@@ -62,7 +62,7 @@ pub(crate) struct Viewer {
     stale_s: f64,
     watch: CurrentFaults,
     /// The faults as last shown; `None` before the first view.
-    shown: Option<CurrentFaults>,
+    shown: Option<Faults>,
     craft: CraftScene,
     trails: Trails,
 }
@@ -107,6 +107,8 @@ impl Viewer {
             leader_fix: due(MAP_HZ).and(frame.leader).map(|leader| self.earth.leader_fix(&leader, clock)),
             map: due(MAP_HZ).map(|()| self.earth.uavs_on_map(frame)),
             leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| leader_pose(&leader, clock)),
+            // What never changes is written once: a viewer that seeks shows the last message of every topic before
+            // that time.
             formation: is_first.then(|| scene::formation(&self.formation, clock, tick)),
             obstacles: is_first.then(|| scene::obstacles(&self.obstacles, clock, tick)),
             ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
@@ -121,11 +123,12 @@ impl Viewer {
     /// The faults, if they changed or are due.
     fn faults(&mut self, tick: i64) -> Option<Faults> {
         let message = self.watch.message(tick);
-        let has_changed = self.shown.as_ref().is_none_or(|shown| shown.message(tick) != message);
-        (has_changed || self.clock.is_due(tick, FAULTS_HZ)).then(|| {
-            self.shown = Some(self.watch.clone());
-            message
-        })
+        // Compare messages, not the faults themselves, which also remember what no message shows. Only the tick may differ.
+        let has_changed = self.shown.as_mut().is_none_or(|shown| {
+            shown.tick = tick;
+            *shown != message
+        });
+        (has_changed || self.clock.is_due(tick, FAULTS_HZ)).then(|| self.shown.insert(message).clone())
     }
 }
 

@@ -9,11 +9,8 @@ use ringwing_drawing::{
     RGBColor,
     chart::{Chart, Curve, Stroke},
 };
+use ringwing_recorder::show::circle;
 use ringwing_scenario::ObstacleSection;
-use std::f64::consts::TAU;
-
-/// Corners of a circle. With fewer, large circles look angular.
-const CORNERS: u32 = 72;
 
 /// The trajectories of the whole flight.
 pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
@@ -77,12 +74,11 @@ fn ring(flight: &LoggedFlight, share: f64) -> Vec<Option<(f64, f64)>> {
 /// An obstacle's body, and the circle within which it repels.
 fn circles(obstacle: &ObstacleSection) -> [Curve; 2] {
     let circle = |radius_m: f64| {
-        let corner = |number: u32| {
-            let (sin, cos) = (TAU * f64::from(number) / f64::from(CORNERS)).sin_cos();
-            Some((obstacle.position_m[0] + radius_m * cos, obstacle.position_m[1] + radius_m * sin))
-        };
-        // The last corner is the first one again and closes the circle.
-        (0..=CORNERS).map(corner).collect()
+        let corners = circle::polygon(obstacle.position_m.into(), radius_m, circle::CORNERS);
+        let mut outline: Vec<_> = corners.map(|corner| Some((corner.x, corner.y))).collect();
+        // The first corner again closes the circle.
+        outline.extend(outline.first().copied());
+        outline
     };
     let line =
         |name: &str, stroke, radius_m| Curve { name: name.into(), stroke, ..path(ALARM, circle(radius_m)) };

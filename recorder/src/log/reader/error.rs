@@ -76,6 +76,7 @@ fn or_unknown(version: &str) -> &str {
 pub(super) fn check_magic(path: &Path, source: &mut (impl Read + Seek)) -> Result<(), ReadError> {
     let mut begin = Vec::new();
     let length = MAGIC.len();
+    // Read what there is instead of exactly eight bytes: an empty file and a cut one need messages of their own.
     let read = source.rewind().and_then(|()| source.by_ref().take(length as u64).read_to_end(&mut begin));
     read.map_err(|source| ReadError::Unreadable { path: path.to_owned(), source })?;
     let problem = match begin.as_slice() {

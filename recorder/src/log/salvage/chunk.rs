@@ -37,6 +37,7 @@ impl Chunk {
     /// Decompresses and checks the chunk record with this `body`; refuses one of more than `longest` bytes.
     pub(super) fn decompress(body: &[u8], longest: u64) -> Result<Self, String> {
         let head = ChunkHead::parse(body).ok_or("a chunk whose lengths disagree")?;
+        // Check the claim first: a few damaged bytes could decompress to more than the memory holds.
         if head.size > longest {
             return Err(format!("a chunk that claims to hold {} bytes", head.size));
         }
@@ -100,8 +101,10 @@ pub(super) fn begins(window: &[u8], left: u64) -> bool {
         let (_start, _end, _size, _checksum) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?);
         let compression = fields.text()?.len() as u64;
         let records = fields.u64()?;
+        // Start, end, size, checksum, length of the compression's name, the name, length of the records.
         let expected = records.checked_add(8 + 8 + 8 + 4 + 4 + compression + 8)?;
         Some(opcode == op::CHUNK && length == expected && length.checked_add(9)? <= left)
     };
+    // The search calls this for every byte, so test the opcode before anything else.
     window.first() == Some(&op::CHUNK) && has_agreeing_lengths() == Some(true)
 }

@@ -70,6 +70,7 @@ impl<'b> Fields<'b> {
     fn map(&mut self) -> Option<BTreeMap<String, String>> {
         let mut entries = Self::new(self.short_bytes()?);
         let mut map = BTreeMap::new();
+        // A map states its length in bytes, not in entries.
         while entries.left() > 0 {
             map.insert(entries.string()?, entries.string()?);
         }

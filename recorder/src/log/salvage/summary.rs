@@ -25,10 +25,12 @@ const END_BYTES: u64 = HEAD_BYTES + FOOTER_BYTES + MAGIC.len() as u64;
 pub(super) fn repeated(source: &mut (impl Read + Seek), length: u64) -> Option<VecDeque<Record<'static>>> {
     let end = length.checked_sub(END_BYTES)?;
     let begin = summary_start(&read(source, end, END_BYTES)?)?;
+    // A damaged offset must not load the whole file into memory.
     let summary = read(source, begin, end.checked_sub(begin)?.min(LONGEST_RECORD))?;
     let mut fields = Fields::new(&summary);
     let mut records = VecDeque::new();
     while let Some((opcode, body)) = fields.u8().and_then(|opcode| Some((opcode, fields.long_bytes()?))) {
+        // Statistics and indexes describe the file as it was written, not what is left of it.
         if matches!(opcode, op::SCHEMA | op::CHANNEL) {
             records.extend(fields::record(opcode, body).ok().flatten());
         }

@@ -51,6 +51,8 @@ fn split(direction: &str, first: Value, per_cent: f64, second: Value) -> Value {
 
 /// Parts of equal height, the first on top.
 pub(super) fn stacked(mut parts: Vec<Value>) -> Value {
+    // A split has two parts, so nest the splits from the bottom up. The upper part of each gets the share that leaves
+    // all parts equally high.
     let mut stack = parts.pop().unwrap_or_default();
     let mut height = 1.0;
     while let Some(part) = parts.pop() {

@@ -55,6 +55,7 @@ impl PlotPanel {
     /// Adds a level line, its value rounded to 1/100 in the legend.
     pub(super) fn level(mut self, value: f64, name: &str) -> Self {
         let name = format!("{name} = {}", (value * 100.0).round() / 100.0);
+        // Viewers draw a path that is a number as a level line.
         self.paths.push(series(&value.to_string(), &name, palette::BRIGHT, 1.0));
         self
     }
@@ -89,6 +90,7 @@ fn series(path: &str, name: &str, colour: Rgb, width: f64) -> Value {
         "enabled": true,
         "showLine": true,
         "lineSize": width,
+        // The log time, which is simulated time. Our messages have no header that could hold another.
         "timestampMethod": "receiveTime",
     })
 }

@@ -75,6 +75,7 @@ fn config(scenario: &Scenario, frame: &str, mode: &str, camera: &Value) -> Value
             "backgroundColor": "#15191f",
             "labelScaleFactor": 1,
             "ignoreColladaUpAxis": false,
+            // `/tf` has a frame for each UAV; their axes and labels would hide the aircraft.
             "transforms": { "showLabel": false, "axisScale": 0, "lineWidth": 0, "labelSize": 0 },
         },
         "transforms": {},
@@ -101,6 +102,8 @@ fn grid(scenario: &Scenario) -> Value {
     // The leader's path as a straight line, with a margin around the ring.
     let way_m = scenario.leader.speed_m_s * scenario.time.duration_s;
     let wanted_m = way_m + 12.0 * formation.radius_m();
+    // A multiple of L, so that distances can be read off the squares, and large enough to need no more than
+    // `GRID_LINES`.
     let square_m = formation.spacing_m() * (wanted_m / formation.spacing_m() / GRID_LINES).ceil();
     let lines = (wanted_m / square_m).ceil();
     let ahead = ringwing_flight::direction(scenario.leader.heading_deg.to_radians()) * (way_m / 2.0);
@@ -115,6 +118,7 @@ fn grid(scenario: &Scenario) -> Value {
         "divisions": lines,
         "lineWidth": 1,
         "color": "#5b657366",
+        // Below the ground: in one plane with circles and links, the grid would flicker through them.
         "position": [x + ahead.x, y + ahead.y, -0.1],
         "rotation": [0, 0, 0],
         "order": 1,

@@ -26,6 +26,7 @@ pub(super) fn all(shown: &ShownLog, panels: &mut Panels) -> Vec<Value> {
     if !shown.scenario.obstacles.is_empty() {
         tabs.push(tab("Obstacles", &obstacles(shown, panels)));
     }
+    // Always there: faults may be requested in flight, long after this layout is written.
     tabs.push(tab("Faults and ages", &faults(shown, panels)));
     if shown.timing {
         tabs.push(tab("Timing", &timing(shown.scenario.time.real_time, panels)));
@@ -39,6 +40,7 @@ fn flight(shown: &ShownLog, panels: &mut Panels) -> Value {
     let texts = beside(log(panels), 58.0, metrics(panels));
     let picture = above(space::following(shown, panels), 66.0, texts);
     let mut distances = vec![neighbours(shown, panels), leader_distances(shown, panels)];
+    // The selected UAVs may all be in their slots while others are not.
     if shown.scenario.formation.uavs > LISTED_UAVS {
         distances.insert(0, slot_errors(shown, panels));
     }
@@ -79,6 +81,7 @@ fn speeds(shown: &ShownLog, panels: &mut Panels) -> Value {
         .level(limits.speed_min_m_s, "v_min")
         .level(limits.speed_max_m_s, "v_max")
         .uavs(shown, UavTopic::State, "speed_m_s")
+        // Keep both limits in view, however little the speeds vary.
         .within(limits.speed_min_m_s - 1.0, limits.speed_max_m_s + 1.0)
         .add_to(panels)
 }
@@ -119,6 +122,7 @@ fn raw(topic: &str, title: &str, panels: &mut Panels) -> Value {
 /// The paper's Figures 7 and 8: distance and repulsion, beside close-ups of the obstacles.
 fn obstacles(shown: &ShownLog, panels: &mut Panels) -> Value {
     let farthest = shown.scenario.obstacles.iter().map(|one| one.braking_distance_m).fold(0.0, f64::max);
+    // Beyond the farthest reach nothing is repelled, and a larger range would flatten the curves that matter.
     let mut distances =
         PlotPanel::new("Distance to the centre of the nearest obstacle (m)").within(0.0, 2.0 * farthest);
     for obstacle in shown.scenario.obstacles.iter().take(CLOSE_UPS) {
@@ -136,6 +140,7 @@ fn obstacles(shown: &ShownLog, panels: &mut Panels) -> Value {
         PlotPanel::new("Clearance: the smallest distance to an edge (m)")
             .line(topics::SWARM_METRICS, "clearance_m", "clearance", palette::CALM)
             .level(0.0, "edge")
+            // Some metres below the edge, so that a collision shows.
             .within(-5.0, 2.0 * farthest)
             .add_to(panels),
     ];
@@ -210,6 +215,7 @@ fn timing(real_time: bool, panels: &mut Panels) -> Value {
             .from(0.0)
             .add_to(panels),
     ];
+    // In lockstep there are no deadlines to be late for.
     if real_time {
         plots.push(
             PlotPanel::new("Lateness of ticks against their deadlines (us)")
@@ -229,6 +235,7 @@ fn timing(real_time: bool, panels: &mut Panels) -> Value {
 
 fn table(shown: &ShownLog, panels: &mut Panels) -> Value {
     let swarm =
+        // A path to an array: the panel makes a row of each UAV.
         panels.add("Table", "The swarm", json!({ "topicPath": format!("{}.uavs", topics::SWARM_STATE) }));
     let lyapunov = PlotPanel::new("Lyapunov value V, Eq. 7 (m2), and its unexplained rises")
         .line(topics::SWARM_METRICS, "lyapunov_m2", "V", palette::CALM)

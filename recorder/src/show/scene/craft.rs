@@ -102,6 +102,7 @@ impl CraftScene {
         let id = format!("uav {}", padded(uav, count));
         let colour = palette::colour(uav);
         match look {
+            // On the map, because `/tf` may no longer have the coordinate frame of this UAV.
             CraftLook::Gone(place) => self.gone(entity(MAP, id, clock, tick), uav, *place),
             CraftLook::Flying { condition, mode } => {
                 let mut body = entity(uav_frame(uav, count), id, clock, tick);
@@ -138,6 +139,7 @@ impl CraftScene {
             let (x, y) = OUTLINE[index];
             flat(x * self.span_m, side * y * self.span_m)
         };
+        // The outline lists one side only, so draw the triangles of both.
         let side =
             |side: f64| TRIANGLES.iter().flat_map(move |corners| corners.map(|index| corner(index, side)));
         TriangleListPrimitive {
@@ -167,6 +169,7 @@ impl CraftScene {
 
 fn look(frame: &Frame, uav: u32, place: Option<Point2<f64>>, faults: &CurrentFaults) -> Option<CraftLook> {
     let state = frame.uavs.get(uav as usize - 1).and_then(|uav| uav.state.as_ref());
+    // A vanished UAV is marked where it was last seen; one that was never seen is not drawn.
     match state.filter(|state| state.mode != FlightMode::VANISHED) {
         Some(state) => Some(CraftLook::Flying { condition: faults.condition(uav), mode: state.mode }),
         None => place.map(CraftLook::Gone),

@@ -25,11 +25,13 @@ pub(crate) fn ring(frame: &Frame, closes: bool, stale_s: f64, clock: Clock) -> O
     let is_in = |uav: &&UavFrame| !closes || uav.state.as_ref().is_some_and(TrueState::is_commanded);
     let members: Vec<&UavFrame> = frame.uavs.iter().filter(is_in).collect();
     for (one, next) in members.iter().zip(members.iter().cycle().skip(1)) {
+        // No link ends where there is no airframe.
         let (Some(here), Some(there)) = (&one.state, &next.state) else { continue };
         let (from, to) = (relative_to(here.position(), &leader), relative_to(there.position(), &leader));
         let middle = nalgebra::center(&from, &to);
         let next_age_s = one.control.as_ref().and_then(|control| control.next_age_s);
         let previous_age_s = next.control.as_ref().and_then(|control| control.previous_age_s);
+        // An airframe in its failsafe uses no data, whatever its agent still receives.
         add(&mut links, from, middle, next_age_s.filter(|_| here.is_commanded()), stale_s);
         add(&mut links, middle, to, previous_age_s.filter(|_| there.is_commanded()), stale_s);
     }

@@ -3,17 +3,17 @@
 //! Never knows where UAVs are; these scenes are written once.
 
 use super::{LEADER, MAP, at, entity, flat, line, text, whole};
-use crate::{clock::Clock, show::palette};
+use crate::{
+    clock::Clock,
+    show::{circle, palette},
+};
 use foxglove::messages::{
     CylinderPrimitive, Point3, SceneEntity, SceneUpdate, Vector3, line_primitive::Type::LineLoop,
 };
 use nalgebra::Point2;
 use ringwing_flight::Formation;
 use ringwing_scenario::ObstacleSection;
-use std::f64::consts::TAU;
 
-/// Corners of a circle. With fewer, large circles look angular.
-const CORNERS: u32 = 72;
 /// Height of names. Smaller than the names of UAVs, so that these stand out.
 const NAME_PIXELS: f64 = 14.0;
 /// Half the width of a slot's mark as a share of the distance between neighbours. Larger marks hide the aircraft in
@@ -60,12 +60,8 @@ pub(crate) fn formation(formation: &Formation, clock: Clock, tick: i64) -> Scene
     whole(vec![ring, leader], clock, tick)
 }
 
-fn circle(centre: Point2<f64>, radius: f64) -> Vec<Point3> {
-    let corner = |number: u32| {
-        let bearing = TAU * f64::from(number) / f64::from(CORNERS);
-        flat(centre.x + radius * libm::cos(bearing), centre.y + radius * libm::sin(bearing))
-    };
-    (0..CORNERS).map(corner).collect()
+fn circle(centre: Point2<f64>, radius_m: f64) -> Vec<Point3> {
+    circle::polygon(centre, radius_m, circle::CORNERS).map(|corner| flat(corner.x, corner.y)).collect()
 }
 
 fn diamond(centre: Point2<f64>, half: f64) -> Vec<Point3> {

@@ -35,6 +35,7 @@ impl Trails {
         }
         let oldest = frame.tick - (LENGTH_S * f64::from(self.clock.rate_hz())) as i64;
         for (places, uav) in self.places.iter_mut().zip(&frame.uavs) {
+            // By age, not by number: the trail of a UAV that has left the sky has to end, too.
             while places.front().is_some_and(|(tick, _)| *tick < oldest) {
                 places.pop_front();
             }
