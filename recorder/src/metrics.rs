@@ -192,7 +192,7 @@ impl Metrics {
         }
     }
 
-    /// Sets the number of ticks so far whose frames are missing or torn.
+    /// Sets the number of ticks so far whose frames are missing.
     pub fn set_lost(&mut self, ticks: u64) {
         self.lost = ticks;
     }

@@ -88,7 +88,7 @@ fn every_event_has_its_level_name_and_text() {
          |  Warning recorder.silent: the recorder has stopped reading; flying on
          |  Warning recorder.gap: tick 4 was lost before the recorder joined
          |  Warning recorder.gap: ticks 4 to 5 were lost with the recorder's predecessor
-         |  Warning recorder.gap: ticks 4 to 5 were lost, whole or in part: the recorder fell behind
+         |  Warning recorder.gap: ticks 4 to 5 were lost: the recorder fell behind
          |! Error ipc.connection: 2 connections of the world failed; is `ulimit -n` large enough?
          |! Warning run.interrupted: interrupted; ending the flight (interrupt again to kill it)
          | ~Warning fault.kill: uav 3 is killed: kill uav 3

@@ -68,7 +68,7 @@ fn gap_text(first: Tick, last: Tick, cause: GapCause) -> String {
     match cause {
         GapCause::StartedLate => format!("{ticks} before the recorder joined"),
         GapCause::LostWithPredecessor => format!("{ticks} with the recorder's predecessor"),
-        GapCause::FellBehind => format!("{ticks}, whole or in part: the recorder fell behind"),
+        GapCause::FellBehind => format!("{ticks}: the recorder fell behind"),
     }
 }
 

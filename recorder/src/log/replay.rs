@@ -186,7 +186,7 @@ impl Past {
             self.metrics.on_event(event);
         }
         if tick.has_uavs() {
-            self.gaps.pass(tick.frame.tick, false);
+            self.gaps.pass(tick.frame.tick);
             self.metrics.observe(&tick.frame);
             self.viewer.observe(&tick.frame);
         }

@@ -24,8 +24,6 @@ pub struct TickSamples {
     pub leader: Option<LeaderState>,
     /// What became of the samples on links with faults.
     pub links: Vec<LinkCounts>,
-    /// Whether an airframe's sample was overwritten before the recorder fetched it.
-    pub torn: bool,
 }
 
 /// What the recorder keeps of one airframe's [`Sensed`], which is much larger.
@@ -70,7 +68,6 @@ impl TickSamples {
             accounts: vec![None; uavs],
             leader: None,
             links: Vec::new(),
-            torn: false,
         }
     }
 
@@ -80,7 +77,7 @@ impl TickSamples {
         self.airframes.fill(None);
         self.accounts.fill(None);
         self.links.clear();
-        (self.leader, self.torn) = (None, false);
+        self.leader = None;
     }
 }
 
@@ -95,8 +92,6 @@ pub struct Frame {
     pub links: Vec<LinkTotals>,
     /// Each UAV, number 1 first.
     pub uavs: Vec<UavFrame>,
-    /// Whether a sample of this tick was lost.
-    pub torn: bool,
     /// The ring that the UAVs are measured against.
     pub ring: FlownRing,
 }
@@ -249,20 +244,16 @@ impl Frame {
     /// A frame of `tick`, measured against `ring`, in which nothing is known yet.
     pub(crate) fn blank(tick: i64, ring: FlownRing) -> Self {
         let uavs = vec![UavFrame::default(); ring.uavs() as usize];
-        Self { tick, leader: None, links: Vec::new(), uavs, torn: false, ring }
+        Self { tick, leader: None, links: Vec::new(), uavs, ring }
     }
 
     /// Makes this the frame of `samples`, at `rate_hz` ticks a second.
     pub fn refill(&mut self, samples: &TickSamples, rate_hz: u32) {
-        // A torn frame does not show who still flies, so it keeps the ring of the frame before.
-        if !samples.torn {
-            let is_commanded = |airframe: &AirframeSample| airframe.mode == FlightMode::COMMANDED;
-            let airframe = |number: u32| samples.airframes[UavId(number).index()].as_ref();
-            self.ring.follow(|number| airframe(number).is_some_and(is_commanded));
-        }
+        let is_commanded = |airframe: &AirframeSample| airframe.mode == FlightMode::COMMANDED;
+        let airframe = |number: u32| samples.airframes[UavId(number).index()].as_ref();
+        self.ring.follow(|number| airframe(number).is_some_and(is_commanded));
         self.tick = samples.tick;
         self.leader = samples.leader;
-        self.torn = samples.torn;
         let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();
         // Agents send their counts in any order; sorted, equal flights give equal logs.
         counts.sort_by_key(|counts| (counts.to, counts.from));

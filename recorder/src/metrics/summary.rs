@@ -44,7 +44,7 @@ pub struct FlightSummary {
     pub recoveries: Vec<FaultRecovery>,
     /// Number of ticks measured.
     pub ticks: u64,
-    /// Number of ticks that are missing or torn.
+    /// Number of ticks that are missing.
     pub ticks_lost: u64,
     /// The last tick measured.
     pub last_tick: Option<i64>,

@@ -43,7 +43,7 @@ pub(crate) struct Recording {
     timing: bool,
     /// Why the ticks before the first frame are missing, if they are.
     first_cause: GapCause,
-    /// Whether a whole frame has come.
+    /// Whether a frame has come.
     began: bool,
     /// Events that are not in the log yet.
     waiting: Vec<TimedEvent>,
@@ -116,10 +116,10 @@ impl Recording {
         timing: Option<&TickTiming>,
     ) -> Result<(), RecorderError> {
         let cause = if self.began { GapCause::FellBehind } else { self.first_cause };
-        if let Some(gap) = self.gaps.pass(frame.tick, frame.torn) {
+        if let Some(gap) = self.gaps.pass(frame.tick) {
             self.log_gap(frame.tick, gap, cause);
         }
-        self.began |= !frame.torn;
+        self.began = true;
         let events = self.take_events(frame.tick);
         for event in &events {
             self.metrics.on_event(event);
@@ -162,9 +162,6 @@ impl Recording {
     /// Ends the log with the verdict, the metrics and the report of the `world`; without a report the verdict is `failed`.
     pub(crate) fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
         let last_tick = (self.gaps.expected() - 1).max(0);
-        if let Some(gap) = self.gaps.end() {
-            self.log_gap(last_tick, gap, GapCause::FellBehind);
-        }
         let mut events = self.take_events(i64::MAX);
         // The schedule announces faults up to any tick. Those of ticks that the flight never reached did not happen.
         events.retain(|timed| timed.tick.0 <= last_tick || timed.event.reporter() != Reporter::Schedule);
@@ -287,15 +284,13 @@ mod tests {
         let (_folder, path) = place();
         let scenario = ring_of(3, 40.0);
         let mut recording = testing::recording(&path, &scenario);
-        let mut frames = [flight(&scenario, 1..4), flight(&scenario, 6..9)].concat();
-        frames[4].torn = true;
+        let frames = [flight(&scenario, 1..4), flight(&scenario, 6..9)].concat();
         testing::observe(&mut recording, &frames);
         recording.finish(None).unwrap();
-        assert_eq!((recording.report().summary.ticks_lost, recording.report().gaps.len()), (4, 3));
+        assert_eq!((recording.report().summary.ticks_lost, recording.report().gaps.len()), (3, 2));
         let expected = [
             (1, "tick 0 was lost before the recorder joined"),
-            (6, "ticks 4 to 5 were lost, whole or in part: the recorder fell behind"),
-            (8, "tick 7 was lost, whole or in part: the recorder fell behind"),
+            (6, "ticks 4 to 5 were lost: the recorder fell behind"),
         ];
         assert_eq!(lines(&path), expected.map(|(tick, text)| (tick, text.to_owned())));
     }

@@ -83,10 +83,6 @@ impl CurrentFaults {
 
     /// Updates the failsafes by the flight modes in `frame`.
     pub(crate) fn observe(&mut self, frame: &Frame) {
-        // An incomplete frame lacks UAVs that may still be in the sky.
-        if frame.torn {
-            return;
-        }
         self.seen.resize(frame.uavs.len(), false);
         for (number, (seen, now)) in (1..).zip(self.seen.iter_mut().zip(&frame.uavs)) {
             let agent = Part::Agent(UavId(number));
@@ -237,8 +233,6 @@ mod tests {
         assert_eq!(watch.message(0).failsafe, 0, "a UAV that never started is not in its failsafe");
         frame.uavs[0].state.as_mut().unwrap().mode = FlightMode::LOITER;
         frame.uavs[1].state = None;
-        watch.observe(&Frame { torn: true, ..frame.clone() });
-        assert_eq!(watch.message(1).failsafe, 0);
         watch.observe(&frame);
         assert_eq!(watch.message(1).failsafe_names, ["uav 1", "uav 2"]);
     }

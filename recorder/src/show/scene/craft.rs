@@ -82,10 +82,6 @@ impl CraftScene {
         faults: &CurrentFaults,
         clock: Clock,
     ) -> Option<SceneUpdate> {
-        // An incomplete frame lacks UAVs that may still be in the sky.
-        if frame.torn {
-            return None;
-        }
         let looks: Vec<_> =
             (1..).zip(&self.places).map(|(uav, place)| look(frame, uav, *place, faults)).collect();
         if looks == self.written {
