@@ -22,34 +22,88 @@ fn repeats(case: &Value) -> &[Value] {
     case["repeats"].as_array().unwrap()
 }
 
+/// Asserts that the only repeat of `case` has a sample of every tick, and of every hop of every answer.
+fn assert_every_sample(case: &Value) {
+    let (what, uavs) = (&case["case"], number(&case["case"], "uavs"));
+    let [repeat] = repeats(case) else { panic!("{case:#}") };
+    let (ticks, missed) = (number(repeat, "ticks"), number(repeat, "missed_deadlines"));
+    assert!(ticks > 0, "{case:#}");
+    // A tick that should have begun but did not is a sample, too.
+    assert_eq!(samples(repeat, "tick"), ticks + missed, "{what}");
+    let answers = samples(repeat, "wake");
+    if what["load"] == "closed" {
+        assert_eq!((answers, missed), (ticks * uavs, 0), "{what}");
+        assert_eq!(samples(repeat, "return"), answers, "{what}");
+    } else {
+        // Only the swarm's world does not wait for late agents.
+        let may_miss = what["subject"] == "swarm";
+        assert!(answers == ticks * uavs || may_miss && answers <= ticks * uavs, "{what}");
+        assert_eq!(samples(repeat, "return"), 0, "{what}");
+    }
+    for hop in ["read", "compute"] {
+        assert_eq!(samples(repeat, hop), answers, "{what}");
+    }
+    let strip = repeat["strip"].as_array().unwrap();
+    assert_eq!(strip.iter().map(|piece| number(piece, "ticks")).sum::<u64>(), ticks + missed);
+    assert!(number(&repeat["usage"], "agent_pss_bytes") > 0, "{what}");
+}
+
 #[test]
 fn every_transport_is_measured_in_both_loads_without_losing_a_sample() {
     let bench = Benched::by(&format!("--uavs 2 --rate 200 --repeat 1 {SHORT}"));
-    let mut seen = BTreeSet::new();
-    for case in bench.cases() {
-        let (what, uavs) = (&case["case"], number(&case["case"], "uavs"));
-        let closed = what["load"] == "closed";
-        seen.insert((what["subject"].as_str().unwrap().to_owned(), closed));
-        let [repeat] = repeats(case) else { panic!("{case:#}") };
-        let (ticks, missed) = (number(repeat, "ticks"), number(repeat, "missed_deadlines"));
-        assert!(ticks > 0, "{case:#}");
-        // A tick that should have begun but did not is a sample, too.
-        assert_eq!(samples(repeat, "tick"), ticks + missed, "{what}");
-        let answers = samples(repeat, "wake");
-        if closed {
-            assert_eq!((answers, missed), (ticks * uavs, 0), "{what}");
-            assert_eq!(samples(repeat, "return"), answers, "{what}");
-        } else {
-            assert!(answers <= ticks * uavs && samples(repeat, "return") == 0, "{what}");
-        }
-        for hop in ["read", "compute"] {
-            assert_eq!(samples(repeat, hop), answers, "{what}");
-        }
-        let strip = repeat["strip"].as_array().unwrap();
-        assert_eq!(strip.iter().map(|piece| number(piece, "ticks")).sum::<u64>(), ticks + missed);
-        assert!(number(&repeat["usage"], "agent_pss_bytes") > 0, "{what}");
-    }
+    let kinds = bench.cases().iter().map(|case| {
+        assert_every_sample(case);
+        (case["case"]["subject"].as_str().unwrap(), case["case"]["load"] == "closed")
+    });
+    let seen: BTreeSet<_> = kinds.collect();
     assert_eq!(seen.len(), 18, "{seen:?}");
+}
+
+#[test]
+fn a_mesh_is_measured_in_both_loads_without_losing_a_sample() {
+    let bench = Benched::by(&format!(
+        "--topology hub,mesh --transport pipe,pipe-polled,unix-datagram --uavs 1,2,5 --rate 200 --repeat 1 {SHORT}"
+    ));
+    bench.cases().iter().for_each(assert_every_sample);
+    let count = |subject: &str, topology: &str| {
+        let is_it =
+            |case: &&Value| case["case"]["subject"] == subject && case["case"]["topology"] == topology;
+        bench.cases().iter().filter(is_it).count()
+    };
+    // Three sizes and two loads.
+    for transport in ["pipe", "pipe-polled", "unix-datagram"] {
+        assert_eq!((count(transport, "hub"), count(transport, "mesh")), (6, 6), "{transport}");
+    }
+    assert_eq!((count("swarm", "hub"), count("swarm", "mesh")), (6, 0), "the swarm appears once");
+}
+
+#[test]
+fn a_mesh_of_two_hundred_and_one_with_large_payloads_are_measured() {
+    for arguments in ["--uavs 200", "--uavs 3 --payload 65536"] {
+        let bench = Benched::by(&format!(
+            "{arguments} --topology mesh --transport pipe,unix-datagram --load closed --repeat 1 {SHORT}"
+        ));
+        bench.cases().iter().for_each(assert_every_sample);
+        assert_eq!(bench.cases().len(), 3, "the swarm and two meshes");
+    }
+}
+
+#[test]
+fn a_killed_leader_of_a_mesh_ends_all_peers_and_fails_only_its_case() {
+    let bench = Bench::start(
+        "--topology mesh --uavs 3 --load closed --transport pipe --repeat 1 --warm-up 0 --seconds 3",
+    );
+    let (peer, _) = bench.wait_for(" --member 1 ");
+    let is_leader = |line: &str| line.contains(" bench-peer ") && !line.contains(" --member ");
+    let leader = wait_until("the leader runs", || {
+        bench.processes().into_iter().find(|(_, line)| is_leader(line)).map(|(process, _)| process)
+    });
+    send(leader, Signal::KILL);
+    wait_until("a peer is gone", || (!fs::exists(format!("/proc/{peer}")).unwrap()).then_some(()));
+    let bench = bench.finish();
+    assert_eq!(bench.code, Some(1));
+    let failed = bench.results["cases"].as_array().unwrap().iter().filter(|case| case["failure"].is_string());
+    assert_eq!(failed.map(|case| &case["case"]["subject"]).collect::<Vec<_>>(), ["pipe"]);
 }
 
 #[test]
@@ -237,6 +291,7 @@ fn contradictions_are_refused_before_anything_starts() {
         ("--uavs 1025", "1..=1024"),
         ("--load closed --rate 100", "add --load paced"),
         ("--transport none,udp", "none alone"),
+        ("--topology mesh --transport udp", "add --topology hub,mesh"),
         ("--wake poll", "event"),
         ("--payload 70000", "0..=65536"),
         ("--recorder maybe", "off"),

@@ -5,7 +5,7 @@
 //! Must never start a process, read a file or write one.
 
 use crate::{
-    case::{Carrier, Case, Load},
+    case::{Carrier, Case, Load, Topology},
     compare::CompareArgs,
     error::BenchError,
 };
@@ -36,12 +36,19 @@ pub struct BenchArgs {
     /// Extra bytes to send each way in every tick
     #[arg(long, value_name = "BYTES", value_delimiter = ',', default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(PAYLOAD_MAX_BYTES)))]
     payload: Vec<u32>,
-    /// Fly the swarm without a recorder (off), with one that writes a log (on), or both
+    /// Fly the swarm without a recorder (off), with one that writes a log (on), or both; other transports have no recorder
     #[arg(long, value_name = "OFF,ON", value_delimiter = ',', default_value = "off")]
     recorder: Vec<RecorderChoice>,
     /// Transports to compare the swarm with
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     transport: Vec<TransportChoice>,
+    /// Connect the processes of pipes and Unix datagrams through a hub that relays everything in one message, or directly
+    /// as the swarm is connected (mesh)
+    ///
+    /// In a mesh, each agent reads from the world, the leader and its two neighbours, and writes to the world and the
+    /// neighbours. UDP and TCP have only a hub. The floors (gate, atomic, futex) send no data and have no topology.
+    #[arg(long, value_name = "HUB,MESH", value_delimiter = ',', default_value = "hub")]
+    topology: Vec<TopologyChoice>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
     /// Number of times to measure each case
@@ -124,6 +131,12 @@ enum RecorderChoice {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TopologyChoice {
+    Hub,
+    Mesh,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TransportChoice {
     Gate,
     Atomic,
@@ -146,6 +159,7 @@ pub(crate) struct Axes {
     pub(crate) payloads: Vec<u32>,
     pub(crate) recorders: Vec<bool>,
     pub(crate) baselines: Vec<Carrier>,
+    pub(crate) topologies: Vec<Topology>,
     pub(crate) repeats: u32,
     pub(crate) warm_up_s: f64,
     pub(crate) measure_s: f64,
@@ -180,6 +194,7 @@ impl BenchArgs {
             payloads: distinct(&self.payload),
             recorders: distinct(&self.recorder).into_iter().map(|on| on == RecorderChoice::On).collect(),
             baselines: self.baselines(),
+            topologies: distinct(&self.topology).into_iter().map(Topology::from).collect(),
             repeats: self.repeat.unwrap_or(if quick { 1 } else { 4 }),
             warm_up_s: seconds("--warm-up", self.warm_up, 0.0, if quick { 0.1 } else { 0.3 })?,
             measure_s: seconds("--seconds", self.seconds, SHORTEST_S, if quick { 0.4 } else { 2.0 })?,
@@ -204,6 +219,13 @@ impl BenchArgs {
         distinct(chosen).iter().filter(|one| is_safe(one)).filter_map(|one| one.carrier()).collect()
     }
 
+    /// Whether a transport is named that has none of the topologies asked for.
+    fn is_without_topology(&self) -> bool {
+        let only_mesh = !self.topology.contains(&TopologyChoice::Hub);
+        let named = self.transport.iter().filter_map(|transport| transport.carrier());
+        only_mesh && named.into_iter().any(|carrier| in_topology(carrier, Topology::Mesh).is_none())
+    }
+
     fn refuse_contradictions(&self) -> Result<(), BenchError> {
         let urgent = self.placement.priority.is_some();
         let refusals = [
@@ -214,6 +236,10 @@ impl BenchArgs {
             (
                 self.transport.len() > 1 && self.transport.contains(&TransportChoice::None),
                 "--transport none excludes all others: name the transports to compare with, or none alone",
+            ),
+            (
+                self.is_without_topology(),
+                "--transport udp and tcp have only a hub: add --topology hub,mesh, or leave them out",
             ),
             (
                 self.mcap && !self.recorder.contains(&RecorderChoice::On),
@@ -255,6 +281,15 @@ impl TransportChoice {
     }
 }
 
+impl From<TopologyChoice> for Topology {
+    fn from(choice: TopologyChoice) -> Self {
+        match choice {
+            TopologyChoice::Hub => Self::Hub,
+            TopologyChoice::Mesh => Self::Mesh,
+        }
+    }
+}
+
 impl From<WakeKind> for Wake {
     fn from(kind: WakeKind) -> Self {
         match kind {
@@ -293,8 +328,7 @@ impl Axes {
             for uavs in &self.uavs {
                 for payload_bytes in &self.payloads {
                     cases.extend(self.flights(*load, *uavs, *payload_bytes));
-                    let baselines = self.baselines.iter();
-                    cases.extend(baselines.map(|carrier| baseline(*carrier, *load, *uavs, *payload_bytes)));
+                    cases.extend(self.baselines_of(*load, *uavs, *payload_bytes));
                 }
             }
         }
@@ -307,6 +341,7 @@ impl Axes {
             self.wakes.iter().flat_map(|wake| self.recorders.iter().map(|recorder| (*wake, *recorder)));
         ways.map(move |(wake, recorder)| Case {
             carrier: Carrier::Swarm,
+            topology: Topology::Hub,
             load,
             uavs,
             wake,
@@ -314,14 +349,33 @@ impl Axes {
             recorder,
         })
     }
+
+    /// The cases of one size of all other carriers, each in the topologies that it has.
+    fn baselines_of(&self, load: Load, uavs: u32, payload_bytes: u32) -> impl Iterator<Item = Case> {
+        let carriers = self.baselines.iter();
+        carriers.flat_map(move |carrier| {
+            let topologies = self.topologies.iter().filter_map(|topology| in_topology(*carrier, *topology));
+            topologies.map(move |topology| baseline(*carrier, topology, load, uavs, payload_bytes))
+        })
+    }
+}
+
+/// The topology in which `carrier` is measured where `asked` is wanted; `None` if it is not measured there.
+fn in_topology(carrier: Carrier, asked: Topology) -> Option<Topology> {
+    if carrier.has(asked) {
+        Some(asked)
+    } else {
+        // A floor is the floor of both topologies. A transport that has only a hub would be compared with meshes.
+        (!carrier.carries_data()).then_some(Topology::Hub)
+    }
 }
 
 /// A case of another carrier. It drops the settings that the carrier cannot vary, so several combinations may become
 /// the same case.
-fn baseline(carrier: Carrier, load: Load, uavs: u32, payload_bytes: u32) -> Case {
+fn baseline(carrier: Carrier, topology: Topology, load: Load, uavs: u32, payload_bytes: u32) -> Case {
     let uavs = if carrier == Carrier::Atomic { 1 } else { uavs };
     let payload_bytes = if carrier.carries_data() { payload_bytes } else { 0 };
-    Case { carrier, load, uavs, wake: Wake::Gate, payload_bytes, recorder: false }
+    Case { carrier, topology, load, uavs, wake: Wake::Gate, payload_bytes, recorder: false }
 }
 
 #[cfg(test)]
@@ -356,6 +410,17 @@ mod tests {
     }
 
     #[test]
+    fn each_transport_is_measured_in_every_topology_that_it_has_and_the_swarm_once() {
+        let both = axes("--topology hub,mesh,mesh --uavs 3 --load closed").unwrap().cases();
+        let count = |cases: &[Case], topology| cases.iter().filter(|case| case.topology == topology).count();
+        // The swarm, three floors and five transports as hubs; pipe, polled pipe and Unix datagram as meshes.
+        assert_eq!((count(&both, Topology::Hub), count(&both, Topology::Mesh)), (9, 3));
+        let mesh = axes("--topology mesh --uavs 3 --load closed").unwrap().cases();
+        assert_eq!((count(&mesh, Topology::Hub), count(&mesh, Topology::Mesh)), (4, 3));
+        assert!(!mesh.iter().any(|case| matches!(case.carrier, Carrier::Udp | Carrier::Tcp)));
+    }
+
+    #[test]
     fn without_options_the_whole_benchmark_runs() {
         let axes = axes("").unwrap();
         assert_eq!((axes.uavs.as_slice(), axes.repeats), (&[1, 6, 30, 100, 200][..], 4));
@@ -381,6 +446,8 @@ mod tests {
             ("--payload 65537", "0..=65536"),
             ("--transport none,pipe", "none alone"),
             ("--transport dds", "unix-datagram"),
+            ("--topology star", "mesh"),
+            ("--topology mesh --transport pipe,tcp", "add --topology hub,mesh"),
             ("--mcap", "--out"),
             ("--mcap --out x", "add --recorder on"),
             ("--priority 0", "1..=99"),

@@ -66,8 +66,7 @@ mod tests {
 
     #[test]
     fn a_case_process_reads_the_arguments_that_the_benchmark_writes() {
-        let case =
-            r#"{"subject":"pipe","load":"closed","uavs":2,"wake":"gate","payload_bytes":0,"recorder":false}"#;
+        let case = r#"{"subject":"pipe","topology":"mesh","load":"closed","uavs":2,"wake":"gate","payload_bytes":0,"recorder":false}"#;
         let line = [
             "bench-case",
             "--case",

@@ -1,7 +1,7 @@
 //! A made-up result, for the tests of everything that shows results.
 
 use crate::{
-    case::{Carrier, Case, Load},
+    case::{Carrier, Case, Load, Topology},
     latencies::Latencies,
     result::{FORMAT, Hop, Machine, Measured, Repeat, Results, TimeSlice, Usage},
 };
@@ -56,7 +56,15 @@ pub(crate) fn find(results: &Results, carrier: Carrier, load: Load, uavs: u32) -
 }
 
 fn measured(carrier: Carrier, load: Load, uavs: u32, typical_ns: f64) -> Measured {
-    let case = Case { carrier, load, uavs, wake: Wake::Gate, payload_bytes: 0, recorder: false };
+    let case = Case {
+        carrier,
+        topology: Topology::Hub,
+        load,
+        uavs,
+        wake: Wake::Gate,
+        payload_bytes: 0,
+        recorder: false,
+    };
     let repeat = |(round, slower): (u32, f64)| repeat(&case, round, slower * typical_ns);
     let repeats = (0..).zip(ROUNDS).map(repeat).collect();
     Measured { case, repeats, failure: None }

@@ -47,7 +47,7 @@ mod transport;
 mod usage;
 
 pub use args::{BenchArgs, PlacementArgs};
-pub use case::{Carrier, Case, Load};
+pub use case::{Carrier, Case, Load, Topology};
 pub use case_args::{CaseArgs, FLIGHT_LOG};
 pub use error::BenchError;
 pub use measure::{Measure, MeasureArgs};

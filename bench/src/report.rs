@@ -4,7 +4,7 @@
 
 use crate::{
     args::{Axes, BenchArgs, BenchVerb},
-    case::Carrier,
+    case::{Carrier, Case},
     compare, doctor,
     error::BenchError,
     histogram_files, machine, page,
@@ -90,8 +90,7 @@ fn measure(args: &BenchArgs, axes: &Axes) -> Result<Results, BenchError> {
 
 fn inspect(axes: &Axes) -> Machine {
     let mut machine = doctor::inspect();
-    // The agents and the world, or the peers and the hub.
-    let most_processes = axes.cases().iter().map(|case| case.uavs + 1).max();
+    let most_processes = axes.cases().iter().map(Case::processes).max();
     machine.warnings.extend(most_processes.and_then(doctor::crowded));
     machine
 }
