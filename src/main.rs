@@ -70,6 +70,9 @@ enum Verb {
     /// (process) Answer ticks in place of an agent
     #[command(hide = true)]
     BenchPeer(Box<ringwing_bench::PeerArgs>),
+    /// (process) Become a process of a user's program in a benchmark
+    #[command(hide = true)]
+    BenchExec(ringwing_bench::ExecArgs),
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::RecorderArgs),
@@ -102,6 +105,7 @@ fn main() -> ExitCode {
         Verb::Bench(args) => ("", bench::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
+        Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
         Verb::Clean => ("", clean::run()),

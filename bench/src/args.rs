@@ -8,6 +8,7 @@ use crate::{
     case::{Carrier, Case, Load, Topology},
     compare::CompareArgs,
     error::BenchError,
+    peer_program::program::PeerProgram,
 };
 use clap::ValueEnum;
 use ringwing_bus::Placement;
@@ -49,6 +50,9 @@ pub struct BenchArgs {
     /// neighbours. UDP and TCP have only a hub. The floors (gate, atomic, futex) send no data and have no topology.
     #[arg(long, value_name = "HUB,MESH", value_delimiter = ',', default_value = "hub")]
     topology: Vec<TopologyChoice>,
+    /// Also measure a program of your own as world and agents; repeatable. `bench/PEERS.md` says what it has to do
+    #[arg(long, value_name = "NAME=COMMAND")]
+    peer: Vec<PeerProgram>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
     /// Number of times to measure each case
@@ -160,6 +164,7 @@ pub(crate) struct Axes {
     pub(crate) recorders: Vec<bool>,
     pub(crate) baselines: Vec<Carrier>,
     pub(crate) topologies: Vec<Topology>,
+    pub(crate) programs: Vec<PeerProgram>,
     pub(crate) repeats: u32,
     pub(crate) warm_up_s: f64,
     pub(crate) measure_s: f64,
@@ -195,6 +200,7 @@ impl BenchArgs {
             recorders: distinct(&self.recorder).into_iter().map(|on| on == RecorderChoice::On).collect(),
             baselines: self.baselines(),
             topologies: distinct(&self.topology).into_iter().map(Topology::from).collect(),
+            programs: self.peer.clone(),
             repeats: self.repeat.unwrap_or(if quick { 1 } else { 4 }),
             warm_up_s: seconds("--warm-up", self.warm_up, 0.0, if quick { 0.1 } else { 0.3 })?,
             measure_s: seconds("--seconds", self.seconds, SHORTEST_S, if quick { 0.4 } else { 2.0 })?,
@@ -216,17 +222,39 @@ impl BenchArgs {
         let is_safe = |transport: &TransportChoice| self.placement.priority.is_none() || transport.sleeps();
         let chosen =
             if self.transport.is_empty() { TransportChoice::value_variants() } else { &self.transport };
-        distinct(chosen).iter().filter(|one| is_safe(one)).filter_map(|one| one.carrier()).collect()
+        let transports = distinct(chosen).into_iter().filter(is_safe).filter_map(TransportChoice::carrier);
+        transports.chain(self.peer.iter().map(|peer| Carrier::Peer(peer.name.clone()))).collect()
     }
 
     /// Whether a transport is named that has none of the topologies asked for.
     fn is_without_topology(&self) -> bool {
         let only_mesh = !self.topology.contains(&TopologyChoice::Hub);
         let named = self.transport.iter().filter_map(|transport| transport.carrier());
-        only_mesh && named.into_iter().any(|carrier| in_topology(carrier, Topology::Mesh).is_none())
+        only_mesh && named.into_iter().any(|carrier| in_topology(&carrier, Topology::Mesh).is_none())
+    }
+
+    /// Refuses names by which a table could not tell two cases apart.
+    fn refuse_ambiguous_peers(&self) -> Result<(), BenchError> {
+        let mut taken: Vec<String> = TransportChoice::value_variants()
+            .iter()
+            .filter_map(|one| one.to_possible_value().map(|value| value.get_name().to_owned()))
+            .chain(["swarm".into()])
+            .collect();
+        for name in self.peer.iter().map(|peer| &peer.name) {
+            // Names of files have no capitals.
+            let name_in_files = name.to_lowercase();
+            if taken.contains(&name_in_files) {
+                return Err(BenchError::Usage(format!(
+                    "--peer {name}=...: this name is taken: choose another"
+                )));
+            }
+            taken.push(name_in_files);
+        }
+        Ok(())
     }
 
     fn refuse_contradictions(&self) -> Result<(), BenchError> {
+        self.refuse_ambiguous_peers()?;
         let urgent = self.placement.priority.is_some();
         let refusals = [
             (
@@ -321,6 +349,11 @@ fn seconds(flag: &str, given: Option<f64>, shortest: f64, default: f64) -> Resul
 }
 
 impl Axes {
+    /// The program that is measured as `carrier`, if it is one of the user's.
+    pub(crate) fn program(&self, carrier: &Carrier) -> Option<&PeerProgram> {
+        self.programs.iter().find(|program| *carrier == Carrier::Peer(program.name.clone()))
+    }
+
     /// All cases on these axes, without repetitions.
     pub(crate) fn cases(&self) -> Vec<Case> {
         let mut cases = Vec::new();
@@ -354,27 +387,29 @@ impl Axes {
     fn baselines_of(&self, load: Load, uavs: u32, payload_bytes: u32) -> impl Iterator<Item = Case> {
         let carriers = self.baselines.iter();
         carriers.flat_map(move |carrier| {
-            let topologies = self.topologies.iter().filter_map(|topology| in_topology(*carrier, *topology));
-            topologies.map(move |topology| baseline(*carrier, topology, load, uavs, payload_bytes))
+            let topologies = self.topologies.iter().filter_map(|topology| in_topology(carrier, *topology));
+            topologies.map(move |topology| baseline(carrier, topology, load, uavs, payload_bytes))
         })
     }
 }
 
 /// The topology in which `carrier` is measured where `asked` is wanted; `None` if it is not measured there.
-fn in_topology(carrier: Carrier, asked: Topology) -> Option<Topology> {
+fn in_topology(carrier: &Carrier, asked: Topology) -> Option<Topology> {
     if carrier.has(asked) {
-        Some(asked)
-    } else {
-        // A floor is the floor of both topologies. A transport that has only a hub would be compared with meshes.
-        (!carrier.carries_data()).then_some(Topology::Hub)
+        return Some(asked);
     }
+    // A floor is the floor of both topologies, and the user named a program. Any other transport that has only a hub would
+    // be compared with meshes.
+    let has_no_choice = !carrier.carries_data() || matches!(carrier, Carrier::Peer(_));
+    has_no_choice.then_some(Topology::Hub)
 }
 
 /// A case of another carrier. It drops the settings that the carrier cannot vary, so several combinations may become
 /// the same case.
-fn baseline(carrier: Carrier, topology: Topology, load: Load, uavs: u32, payload_bytes: u32) -> Case {
-    let uavs = if carrier == Carrier::Atomic { 1 } else { uavs };
+fn baseline(carrier: &Carrier, topology: Topology, load: Load, uavs: u32, payload_bytes: u32) -> Case {
+    let uavs = if *carrier == Carrier::Atomic { 1 } else { uavs };
     let payload_bytes = if carrier.carries_data() { payload_bytes } else { 0 };
+    let carrier = carrier.clone();
     Case { carrier, topology, load, uavs, wake: Wake::Gate, payload_bytes, recorder: false }
 }
 
@@ -421,6 +456,18 @@ mod tests {
     }
 
     #[test]
+    fn programs_are_measured_beside_the_chosen_transports() {
+        let words = ["bench", "--uavs", "3", "--load", "closed", "--transport", "none"];
+        let peers = ["--peer", "a=./peer --fast", "--peer", "b=./peer"];
+        let command = TestCommand::try_parse_from(words.into_iter().chain(peers)).unwrap();
+        let axes = command.args.axes().unwrap();
+        let carriers: Vec<Carrier> = axes.cases().into_iter().map(|case| case.carrier).collect();
+        assert_eq!(carriers, [Carrier::Swarm, Carrier::Peer("a".into()), Carrier::Peer("b".into())]);
+        assert_eq!(axes.program(&carriers[1]).unwrap().command, ["./peer", "--fast"]);
+        assert_eq!(axes.program(&carriers[0]), None);
+    }
+
+    #[test]
     fn without_options_the_whole_benchmark_runs() {
         let axes = axes("").unwrap();
         assert_eq!((axes.uavs.as_slice(), axes.repeats), (&[1, 6, 30, 100, 200][..], 4));
@@ -447,6 +494,9 @@ mod tests {
             ("--transport none,pipe", "none alone"),
             ("--transport dds", "unix-datagram"),
             ("--topology star", "mesh"),
+            ("--peer peer.py", "NAME=COMMAND"),
+            ("--peer a=x --peer A=y", "choose another"),
+            ("--peer TCP=x", "choose another"),
             ("--topology mesh --transport pipe,tcp", "add --topology hub,mesh"),
             ("--mcap", "--out"),
             ("--mcap --out x", "add --recorder on"),

@@ -36,7 +36,7 @@ pub struct Case {
 }
 
 /// What carries the data of a tick between the processes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {
     /// The swarm itself: the real world, agents, law and messages.
@@ -57,6 +57,8 @@ pub enum Carrier {
     Udp,
     /// TCP over the loopback interface with `TCP_NODELAY`, blocking.
     Tcp,
+    /// A program that the user brings along, by its name.
+    Peer(String),
 }
 
 /// How the processes of a transport are connected.
@@ -82,12 +84,12 @@ pub enum Load {
 
 impl Carrier {
     /// Whether messages are sent at all.
-    pub fn carries_data(self) -> bool {
+    pub fn carries_data(&self) -> bool {
         !matches!(self, Self::Gate | Self::Atomic | Self::Futex)
     }
 
     /// Whether its processes can be connected in this topology. Carriers without a choice count as a hub.
-    pub fn has(self, topology: Topology) -> bool {
+    pub fn has(&self, topology: Topology) -> bool {
         topology == Topology::Hub || matches!(self, Self::Pipe | Self::PipePolled | Self::UnixDatagram)
     }
 }
@@ -160,6 +162,13 @@ mod tests {
             text.starts_with("{\"subject\":\"swarm\",\"topology\":\"hub\",\"load\":{\"paced\":50},"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_program_is_told_apart_by_its_name() {
+        let case = Case { carrier: Carrier::Peer("mine".into()), ..CASE };
+        assert!(case.to_string().starts_with("{\"subject\":{\"peer\":\"mine\"},"), "{case}");
+        assert_eq!(case.to_string().parse::<Case>().unwrap(), case);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::{
 use ringwing_scenario::Wake;
 
 /// Name of a carrier.
-pub(crate) fn carrier(carrier: Carrier) -> &'static str {
+pub(crate) fn carrier(carrier: &Carrier) -> &str {
     match carrier {
         Carrier::Swarm => "swarm",
         Carrier::Gate => "gate alone",
@@ -20,6 +20,7 @@ pub(crate) fn carrier(carrier: Carrier) -> &'static str {
         Carrier::UnixDatagram => "Unix datagram",
         Carrier::Udp => "UDP",
         Carrier::Tcp => "TCP",
+        Carrier::Peer(name) => name,
     }
 }
 
@@ -44,7 +45,7 @@ pub(crate) fn setup(case: &Case) -> String {
     };
     let payload = if case.payload_bytes > 0 { format!(", {} B", case.payload_bytes) } else { String::new() };
     let recorded = if case.recorder { ", recorded" } else { "" };
-    [carrier(case.carrier), topology, wake, &payload, recorded].concat()
+    [carrier(&case.carrier), topology, wake, &payload, recorded].concat()
 }
 
 /// Number of UAVs, in words.

@@ -2,8 +2,8 @@
 //! cost.
 //!
 //! - `args` says what to measure, as `case`s, and `order` shuffles them.
-//! - `runner` measures each case in its own process (`case_args`): the swarm itself, or a `transport` in its
-//!   place. `scratch` is the temporary folder of a benchmark.
+//! - `runner` measures each case in its own process (`case_args`): the swarm itself, or a `transport` or a
+//!   `peer_program` in its place. `scratch` is the temporary folder of a benchmark.
 //! - `measure` keeps the timestamps of every tick and writes them as a `trace` to a `trace_file`, with the
 //!   `usage` of all processes from `proc_files`.
 //! - `hops` computes latencies from a trace; `latencies` (`hdr` in files) and `statistics` describe them, and
@@ -33,6 +33,7 @@ mod machine;
 mod measure;
 mod order;
 mod page;
+mod peer_program;
 mod proc_files;
 mod quantity;
 mod report;
@@ -51,6 +52,10 @@ pub use case::{Carrier, Case, Load, Topology};
 pub use case_args::{CaseArgs, FLIGHT_LOG};
 pub use error::BenchError;
 pub use measure::{Measure, MeasureArgs};
+pub use peer_program::{
+    processes::{ExecArgs, exec},
+    program::PeerProgram,
+};
 pub use report::{Report, run};
 pub use scratch::remove_abandoned;
 pub use transport::peer::{PeerArgs, run as run_peer};

@@ -40,8 +40,8 @@ pub(super) enum PeerConnection {
 impl PeerConnection {
     /// Both ends of a new connection of the kind that `carrier` uses, as descriptors: a socket, or the writing end of one
     /// pipe and the reading end of another.
-    pub(super) fn pair(carrier: Carrier) -> io::Result<[Vec<OwnedFd>; 2]> {
-        if carrier == Carrier::UnixDatagram {
+    pub(super) fn pair(carrier: &Carrier) -> io::Result<[Vec<OwnedFd>; 2]> {
+        if *carrier == Carrier::UnixDatagram {
             let (near, far) = UnixDatagram::pair()?;
             return Ok([vec![near.into()], vec![far.into()]]);
         }
@@ -50,7 +50,7 @@ impl PeerConnection {
     }
 
     /// The connection of which [`pair`](Self::pair) made this end.
-    pub(super) fn from_end(carrier: Carrier, end: Vec<OwnedFd>) -> io::Result<Self> {
+    pub(super) fn from_end(carrier: &Carrier, end: Vec<OwnedFd>) -> io::Result<Self> {
         let mut descriptors = end.into_iter();
         match (carrier, descriptors.next(), descriptors.next()) {
             (Carrier::Pipe, Some(out), Some(back)) => Ok(Self::pipe(out, back)),
@@ -198,8 +198,8 @@ mod tests {
     #[test]
     fn long_messages_arrive_complete_over_every_connection() {
         for carrier in [Carrier::Pipe, Carrier::PipePolled, Carrier::UnixDatagram] {
-            let ends = PeerConnection::pair(carrier).unwrap();
-            let [near, far] = ends.map(|end| PeerConnection::from_end(carrier, end).unwrap());
+            let ends = PeerConnection::pair(&carrier).unwrap();
+            let [near, far] = ends.map(|end| PeerConnection::from_end(&carrier, end).unwrap());
             echo(near, far);
         }
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

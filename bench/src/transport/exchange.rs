@@ -12,18 +12,18 @@ pub(super) const END: i64 = i64::MAX;
 
 /// Sizes of the messages between two processes in a tick, in bytes, as one of the two sees them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct MessageSizes {
+pub(crate) struct MessageSizes {
     /// Of what it sends.
-    pub(super) outgoing: usize,
+    pub(crate) outgoing: usize,
     /// Of what it receives.
-    pub(super) incoming: usize,
+    pub(crate) incoming: usize,
 }
 
 impl MessageSizes {
     /// Between the hub and a peer: everything that an agent reads in a tick, and everything that it sends.
     ///
     /// As in a swarm without a recorder, whose agents send no account.
-    pub(super) fn hub_to_peer(case: &Case) -> Self {
+    pub(crate) fn hub_to_peer(case: &Case) -> Self {
         let payload = case.payload_bytes as usize;
         let neighbours = 2 * size_of::<UavState>();
         Self {

@@ -48,7 +48,7 @@ impl Mesh {
         let agents = case.uavs as usize;
         let mut mesh =
             Self { world: Vec::new(), leader: Vec::new(), agents: (0..agents).map(|_| Vec::new()).collect() };
-        let pair = || PeerConnection::pair(case.carrier);
+        let pair = || PeerConnection::pair(&case.carrier);
         join(pair()?, &mut mesh.world, &mut mesh.leader);
         for agent in &mut mesh.agents {
             join(pair()?, &mut mesh.world, agent);
@@ -113,7 +113,7 @@ pub(super) fn receive_ends(
         receive_batch(socket, &mut descriptors)?;
     }
     let mut descriptors = descriptors.into_iter();
-    let end = |_| PeerConnection::from_end(case.carrier, descriptors.by_ref().take(per_end).collect());
+    let end = |_| PeerConnection::from_end(&case.carrier, descriptors.by_ref().take(per_end).collect());
     (0..connections).map(end).collect()
 }
 
@@ -199,7 +199,7 @@ mod tests {
         let last = mesh.take(Part::Agent(UavId(70))).swap_remove(1);
         leader[70].send(&[9; 8]).unwrap();
         let mut received = [0; 8];
-        PeerConnection::from_end(Carrier::Pipe, last).unwrap().receive(&mut received).unwrap();
+        PeerConnection::from_end(&Carrier::Pipe, last).unwrap().receive(&mut received).unwrap();
         assert_eq!(received, [9; 8]);
     }
 }

@@ -15,3 +15,5 @@ mod mesh;
 pub(crate) mod peer;
 mod peers;
 mod shared_words;
+
+pub(crate) use exchange::MessageSizes;

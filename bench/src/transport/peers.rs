@@ -91,13 +91,13 @@ impl Peers {
             self.children.push((part, placement.start(place, || command.spawn())?));
             return send_ends(&ours, mesh.take(part));
         }
-        self.prepare(case.carrier, &mut command)?;
+        self.prepare(&case.carrier, &mut command)?;
         self.children.push((part, placement.start(place, || command.spawn())?));
         Ok(())
     }
 
     /// Creates the hub's end of a peer's connection, and lets the peer inherit or find its own.
-    fn prepare(&mut self, carrier: Carrier, command: &mut Command) -> io::Result<()> {
+    fn prepare(&mut self, carrier: &Carrier, command: &mut Command) -> io::Result<()> {
         command.stdin(Stdio::null()).stdout(Stdio::null());
         match carrier {
             Carrier::Pipe | Carrier::PipePolled => {
@@ -117,7 +117,7 @@ impl Peers {
                 let listener = self.listener.as_ref().ok_or_else(no_listener)?;
                 command.args(["--port", &listener.local_addr()?.port().to_string()]);
             }
-            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex => {}
+            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex | Carrier::Peer(_) => {}
         }
         Ok(())
     }
@@ -130,7 +130,7 @@ impl Peers {
     fn connect(&mut self, case: &Case) -> io::Result<Vec<PeerConnection>> {
         if let Some(mesh) = self.mesh.take() {
             let ends = mesh.world.into_iter();
-            let connections = ends.map(|end| PeerConnection::from_end(case.carrier, end));
+            let connections = ends.map(|end| PeerConnection::from_end(&case.carrier, end));
             return connections.map(with_timeout).collect();
         }
         let connections: Vec<PeerConnection> = match case.carrier {
@@ -142,7 +142,9 @@ impl Peers {
                 .collect(),
             Carrier::Udp => self.udp_sockets.drain(..).map(introduced_udp).collect::<io::Result<_>>()?,
             Carrier::Tcp => self.accepted(case.uavs)?,
-            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex => Vec::new(),
+            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex | Carrier::Peer(_) => {
+                Vec::new()
+            }
         };
         connections.into_iter().map(|connection| with_timeout(Ok(connection))).collect()
     }
