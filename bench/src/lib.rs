@@ -1,7 +1,7 @@
 //! `ringwing bench`: how long a control tick takes across processes, where the time goes, and what other transports
 //! cost.
 //!
-//! - `args` says what to measure, as `case`s, and `order` shuffles them.
+//! - `args` says what to measure, as `axes` of `case`s, and `order` shuffles them.
 //! - `runner` measures each case in its own process (`case_args`): the swarm itself, or a `transport` or a
 //!   `peer_program` in its place. `scratch` is the temporary folder of a benchmark.
 //! - `measure` keeps the timestamps of every tick and writes them as a `trace` to a `trace_file`, with the
@@ -15,6 +15,7 @@
 //! Must never filter a sample, and must never change what flies.
 
 mod args;
+mod axes;
 mod case;
 mod case_args;
 mod charts;

@@ -3,7 +3,8 @@
 //! Must never start anything before all options are checked. Must never print: the command prints the report.
 
 use crate::{
-    args::{Axes, BenchArgs, BenchVerb},
+    args::{BenchArgs, BenchVerb},
+    axes::Axes,
     case::{Carrier, Case},
     compare, doctor,
     error::BenchError,

@@ -4,7 +4,8 @@
 //! benchmark ends.
 
 use crate::{
-    args::{Axes, PlacementArgs},
+    args::PlacementArgs,
+    axes::Axes,
     case::{Carrier, Case},
     case_args::{CaseArgs, FLIGHT_LOG},
     error::BenchError,
