@@ -79,6 +79,7 @@ fn fly(args: &CaseArgs) -> anyhow::Result<()> {
         recorder: args.case.recorder,
         measure: Some(args.measure.clone()),
         placement: args.placement.placement(),
+        lock_memory: false,
     };
     let outcome = launch(&plan)?;
     let log = outcome.folder.join(LOG);

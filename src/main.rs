@@ -8,6 +8,7 @@ mod clean;
 mod compare;
 mod fault_command;
 mod launcher;
+mod real_time;
 mod recover_command;
 mod review;
 mod run;
@@ -25,6 +26,9 @@ use std::{io::Write, process::ExitCode};
 #[derive(Debug, Parser)]
 #[command(name = "ringwing", version, max_term_width = 110, subcommand_negates_reqs = true)]
 struct Cli {
+    /// (process) Keep the memory of this process in RAM
+    #[arg(long, hide = true)]
+    lock_memory: bool,
     #[command(subcommand)]
     command: Option<Verb>,
 }
@@ -93,7 +97,11 @@ struct WrongUsage(String);
 fn main() -> ExitCode {
     // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
-    let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
+    let Cli { lock_memory, command } = Cli::parse();
+    if lock_memory && let Err(error) = real_time::lock_memory() {
+        eprintln!("ringwing: memory cannot be locked: {error}");
+    }
+    let verb = command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),

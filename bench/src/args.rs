@@ -110,7 +110,7 @@ impl PlacementArgs {
     }
 
     /// The arguments as a command line has them.
-    pub(crate) fn to_arguments(&self) -> Vec<String> {
+    pub fn to_arguments(&self) -> Vec<String> {
         let pin = self.pin.then(|| "--pin".to_owned());
         pin.into_iter().chain(self.priority.map(|priority| format!("--priority={priority}"))).collect()
     }
