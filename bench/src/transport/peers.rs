@@ -75,6 +75,7 @@ impl Peers {
         })
     }
 
+    /// Starts the peer number `member`, and hands its end of the transport over.
     fn start_one(
         &mut self,
         case: &Case,
@@ -83,7 +84,7 @@ impl Peers {
         placement: Placement,
     ) -> io::Result<()> {
         // The hub itself has place 0, and a leader the last one.
-        let place = member.map_or(case.uavs, |member| member) as usize + 1;
+        let place = member.unwrap_or(case.uavs) as usize + 1;
         let part = part(member);
         if let Some(mesh) = &mut self.mesh {
             let (ours, theirs) = UnixDatagram::pair()?;
@@ -203,7 +204,7 @@ impl Peers {
     }
 }
 
-/// Raises the limit of open files as far as this user may: a process has up to four descriptors for each peer.
+/// Raises the limit of open files as far as this user may: while it connects a mesh, the hub has twelve for each agent.
 fn raise_open_files_limit() -> io::Result<()> {
     let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
     Ok(setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum })?)
