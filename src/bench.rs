@@ -8,7 +8,9 @@ use crate::{
     tell,
 };
 use anyhow::{Context, bail};
-use ringwing_bench::{BenchArgs, BenchError, Carrier, CaseArgs, FLIGHT_LOG, Measure, MeasureArgs, PeerArgs};
+use ringwing_bench::{
+    BenchArgs, BenchError, Carrier, CaseArgs, ExecArgs, FLIGHT_LOG, Measure, MeasureArgs, PeerArgs,
+};
 use ringwing_bus::{NoProbe, die_with};
 use std::{collections::BTreeSet, fs, path::Path, process::ExitCode};
 
@@ -33,7 +35,7 @@ fn usage_or_failure(error: BenchError) -> anyhow::Error {
     if error.is_usage() { WrongUsage(error.to_string()).into() } else { error.into() }
 }
 
-/// Measures one case: flies the swarm, or becomes the hub of another transport.
+/// Measures one case: flies the swarm, becomes the hub of another transport, or starts the user's program.
 pub(crate) fn run_case(args: &CaseArgs) -> anyhow::Result<ExitCode> {
     die_with(args.launcher)?;
     if args.case.carrier == Carrier::Swarm {
@@ -47,6 +49,12 @@ pub(crate) fn run_case(args: &CaseArgs) -> anyhow::Result<ExitCode> {
 /// Answers ticks in an agent's place.
 pub(crate) fn run_peer(args: &PeerArgs) -> anyhow::Result<ExitCode> {
     ringwing_bench::run_peer(args)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Becomes a process of the user's program; returns only if that fails.
+pub(crate) fn run_exec(args: &ExecArgs) -> anyhow::Result<ExitCode> {
+    ringwing_bench::exec(args)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -71,6 +79,7 @@ fn fly(args: &CaseArgs) -> anyhow::Result<()> {
         recorder: args.case.recorder,
         measure: Some(args.measure.clone()),
         placement: args.placement.placement(),
+        lock_memory: false,
     };
     let outcome = launch(&plan)?;
     let log = outcome.folder.join(LOG);

@@ -8,6 +8,7 @@ mod clean;
 mod compare;
 mod fault_command;
 mod launcher;
+mod real_time;
 mod recover_command;
 mod review;
 mod run;
@@ -25,6 +26,9 @@ use std::{io::Write, process::ExitCode};
 #[derive(Debug, Parser)]
 #[command(name = "ringwing", version, max_term_width = 110, subcommand_negates_reqs = true)]
 struct Cli {
+    /// (process) Keep the memory of this process in RAM
+    #[arg(long, hide = true)]
+    lock_memory: bool,
     #[command(subcommand)]
     command: Option<Verb>,
 }
@@ -70,6 +74,9 @@ enum Verb {
     /// (process) Answer ticks in place of an agent
     #[command(hide = true)]
     BenchPeer(Box<ringwing_bench::PeerArgs>),
+    /// (process) Become a process of a user's program in a benchmark
+    #[command(hide = true)]
+    BenchExec(ringwing_bench::ExecArgs),
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::RecorderArgs),
@@ -90,8 +97,12 @@ struct WrongUsage(String);
 fn main() -> ExitCode {
     // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
+    let Cli { lock_memory, command } = Cli::parse();
+    if lock_memory && let Err(error) = real_time::lock_memory() {
+        eprintln!("ringwing: memory cannot be locked: {error}");
+    }
     // Let clap parse the default verb too, so that the defaults of `run` are written down only once.
-    let verb = Cli::parse().command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
+    let verb = command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),
@@ -103,6 +114,7 @@ fn main() -> ExitCode {
         Verb::Bench(args) => ("", bench::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
+        Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
         Verb::Clean => ("", clean::run()),

@@ -5,9 +5,10 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
+    real_time::{Urgency, urgency},
     summary::Summary,
 };
-use ringwing_bus::Placement;
+use ringwing_bench::PlacementArgs;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
 use std::{
@@ -63,6 +64,8 @@ pub(crate) struct RunArgs {
     /// Print the summary as JSON, and no progress during the flight
     #[arg(long)]
     json: bool,
+    #[command(flatten, next_help_heading = "With --real-time")]
+    placement: PlacementArgs,
 }
 
 /// The process with this node name.
@@ -82,7 +85,10 @@ fn part(text: &str) -> Result<Part, String> {
 
 /// Flies and prints the summary; the exit code is that of the verdict.
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let plan = plan(args)?;
+    let (plan, notes) = plan(args)?;
+    for note in &notes {
+        eprintln!("ringwing: {note}");
+    }
     let outcome = launch(&plan)?;
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
     write(&outcome, &summary)?;
@@ -92,13 +98,15 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     Ok(summary.verdict.exit_code())
 }
 
-fn plan(args: &RunArgs) -> anyhow::Result<Plan> {
+/// What to launch, and what of the wishes for it is not permitted.
+fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     let scenario =
         Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
-    Ok(Plan {
+    let Urgency { placement, lock_memory, notes } = urgency(args.placement.placement(), &scenario)?;
+    let plan = Plan {
         scenario,
         out: args.out.clone(),
         record: !args.no_record,
@@ -107,8 +115,10 @@ fn plan(args: &RunArgs) -> anyhow::Result<Plan> {
         quiet: args.json,
         recorder: true,
         measure: None,
-        placement: Placement::default(),
-    })
+        placement,
+        lock_memory,
+    };
+    Ok((plan, notes))
 }
 
 fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
@@ -162,6 +172,7 @@ fn command(args: &RunArgs, seed: u64) -> String {
     ] {
         words.extend(given.then(|| flag.into()));
     }
+    words.extend(args.placement.to_arguments());
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 

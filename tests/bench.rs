@@ -2,7 +2,7 @@
 
 use crate::harness::{
     Swarm,
-    bench::{Bench, Benched, assert_gone, domain_in, samples, samples_above},
+    bench::{Bench, Benched, assert_gone, domain_in, processes_with, samples, samples_above},
     log::Log,
     ringwing, send, wait_until,
 };
@@ -10,7 +10,14 @@ use ringwing_bus::Domain;
 use ringwing_flight::Tick;
 use rustix::process::Signal;
 use serde_json::Value;
-use std::{collections::BTreeSet, fs, path::Path, thread, time::Duration};
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::Path,
+    process::{Command, Stdio},
+    thread,
+    time::Duration,
+};
 
 const SHORT: &str = "--warm-up 0.02 --seconds 0.1";
 
@@ -22,34 +29,165 @@ fn repeats(case: &Value) -> &[Value] {
     case["repeats"].as_array().unwrap()
 }
 
+/// Asserts that the only repeat of `case` has a sample of every tick, and of every hop of every answer.
+fn assert_every_sample(case: &Value) {
+    let (what, uavs) = (&case["case"], number(&case["case"], "uavs"));
+    let [repeat] = repeats(case) else { panic!("{case:#}") };
+    let (ticks, missed) = (number(repeat, "ticks"), number(repeat, "missed_deadlines"));
+    assert!(ticks > 0, "{case:#}");
+    // A tick that should have begun but did not is a sample, too.
+    assert_eq!(samples(repeat, "tick"), ticks + missed, "{what}");
+    let answers = samples(repeat, "wake");
+    if what["load"] == "closed" {
+        assert_eq!((answers, missed), (ticks * uavs, 0), "{what}");
+        assert_eq!(samples(repeat, "return"), answers, "{what}");
+    } else {
+        // Only the swarm's world does not wait for late agents.
+        let may_miss = what["subject"] == "swarm";
+        assert!(answers == ticks * uavs || may_miss && answers <= ticks * uavs, "{what}");
+        assert_eq!(samples(repeat, "return"), 0, "{what}");
+    }
+    for hop in ["read", "compute"] {
+        assert_eq!(samples(repeat, hop), answers, "{what}");
+    }
+    let strip = repeat["strip"].as_array().unwrap();
+    assert_eq!(strip.iter().map(|piece| number(piece, "ticks")).sum::<u64>(), ticks + missed);
+    assert!(number(&repeat["usage"], "agent_pss_bytes") > 0, "{what}");
+}
+
 #[test]
 fn every_transport_is_measured_in_both_loads_without_losing_a_sample() {
     let bench = Benched::by(&format!("--uavs 2 --rate 200 --repeat 1 {SHORT}"));
-    let mut seen = BTreeSet::new();
-    for case in bench.cases() {
-        let (what, uavs) = (&case["case"], number(&case["case"], "uavs"));
-        let closed = what["load"] == "closed";
-        seen.insert((what["subject"].as_str().unwrap().to_owned(), closed));
-        let [repeat] = repeats(case) else { panic!("{case:#}") };
-        let (ticks, missed) = (number(repeat, "ticks"), number(repeat, "missed_deadlines"));
-        assert!(ticks > 0, "{case:#}");
-        // A tick that should have begun but did not is a sample, too.
-        assert_eq!(samples(repeat, "tick"), ticks + missed, "{what}");
-        let answers = samples(repeat, "wake");
-        if closed {
-            assert_eq!((answers, missed), (ticks * uavs, 0), "{what}");
-            assert_eq!(samples(repeat, "return"), answers, "{what}");
-        } else {
-            assert!(answers <= ticks * uavs && samples(repeat, "return") == 0, "{what}");
-        }
-        for hop in ["read", "compute"] {
-            assert_eq!(samples(repeat, hop), answers, "{what}");
-        }
-        let strip = repeat["strip"].as_array().unwrap();
-        assert_eq!(strip.iter().map(|piece| number(piece, "ticks")).sum::<u64>(), ticks + missed);
-        assert!(number(&repeat["usage"], "agent_pss_bytes") > 0, "{what}");
-    }
+    let kinds = bench.cases().iter().map(|case| {
+        assert_every_sample(case);
+        (case["case"]["subject"].as_str().unwrap(), case["case"]["load"] == "closed")
+    });
+    let seen: BTreeSet<_> = kinds.collect();
     assert_eq!(seen.len(), 18, "{seen:?}");
+}
+
+#[test]
+fn a_mesh_is_measured_in_both_loads_without_losing_a_sample() {
+    let bench = Benched::by(&format!(
+        "--topology hub,mesh --transport pipe,pipe-polled,unix-datagram --uavs 1,2,5 --rate 200 --repeat 1 {SHORT}"
+    ));
+    bench.cases().iter().for_each(assert_every_sample);
+    let count = |subject: &str, topology: &str| {
+        let is_it =
+            |case: &&Value| case["case"]["subject"] == subject && case["case"]["topology"] == topology;
+        bench.cases().iter().filter(is_it).count()
+    };
+    // Three sizes and two loads.
+    for transport in ["pipe", "pipe-polled", "unix-datagram"] {
+        assert_eq!((count(transport, "hub"), count(transport, "mesh")), (6, 6), "{transport}");
+    }
+    assert_eq!((count("swarm", "hub"), count("swarm", "mesh")), (6, 0), "the swarm appears once");
+}
+
+#[test]
+fn a_mesh_of_two_hundred_and_one_with_large_payloads_are_measured() {
+    for arguments in ["--uavs 200", "--uavs 3 --payload 65536"] {
+        let bench = Benched::by(&format!(
+            "{arguments} --topology mesh --transport pipe,unix-datagram --load closed --repeat 1 {SHORT}"
+        ));
+        bench.cases().iter().for_each(assert_every_sample);
+        assert_eq!(bench.cases().len(), 3, "the swarm and two meshes");
+    }
+}
+
+#[test]
+fn a_killed_leader_of_a_mesh_ends_all_peers_and_fails_only_its_case() {
+    let bench = Bench::start(
+        "--topology mesh --uavs 3 --load closed --transport pipe --repeat 1 --warm-up 0 --seconds 3",
+    );
+    let (peer, _) = bench.wait_for(" --member 1 ");
+    let is_leader = |line: &str| line.contains(" bench-peer ") && !line.contains(" --member ");
+    let leader = wait_until("the leader runs", || {
+        bench.processes().into_iter().find(|(_, line)| is_leader(line)).map(|(process, _)| process)
+    });
+    send(leader, Signal::KILL);
+    wait_until("a peer is gone", || (!fs::exists(format!("/proc/{peer}")).unwrap()).then_some(()));
+    let bench = bench.finish();
+    assert_eq!(bench.code, Some(1));
+    let failed = bench.results["cases"].as_array().unwrap().iter().filter(|case| case["failure"].is_string());
+    assert_eq!(failed.map(|case| &case["case"]["subject"]).collect::<Vec<_>>(), ["pipe"]);
+}
+
+/// The peer in `bench/peers/example.py`; `None` if this machine cannot run it.
+fn example_peer() -> Option<String> {
+    let runs = Command::new("python3").arg("--version").stdout(Stdio::null()).status();
+    if !runs.is_ok_and(|status| status.success()) {
+        eprintln!("skipped: there is no python3, which runs bench/peers/example.py");
+        return None;
+    }
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("bench/peers/example.py");
+    Some(format!("example=python3 '{}'", script.display()))
+}
+
+#[test]
+fn the_example_of_a_peer_is_measured_in_both_loads_without_losing_a_sample() {
+    let Some(peer) = example_peer() else { return };
+    let line = format!("--uavs 1,3 --payload 0,65536 --rate 200 --transport none --repeat 1 {SHORT}");
+    let bench = Bench::start_with_peers(&line, &[&peer]).finish();
+    bench.cases().iter().for_each(assert_every_sample);
+    let of_peer = bench.cases().iter().filter(|case| case["case"]["subject"]["peer"] == "example");
+    assert_eq!(of_peer.count(), 8);
+}
+
+/// A shell script as a peer. Its world reports everything that it should without running a tick; then the processes run
+/// `at_the_end`.
+fn script_peer(name: &str, at_the_end: &str) -> String {
+    // Arguments 1 to 4 are --role, the role, --dir, and the folder.
+    let agent = "while [ ! -e end ]; do sleep 0.01; done";
+    let world = "echo warm; read line; echo done; read line; touch end";
+    let script = format!(r#"cd "$4"; if [ $2 = agent ]; then {agent}; else {world}; fi; {at_the_end}"#);
+    format!("{name}=sh -c '{script}' sh")
+}
+
+#[test]
+fn a_peer_that_fails_or_lies_fails_only_its_cases() {
+    let peers = [
+        ("nowhere=/no/such/program", "/no/such/program: cannot be started"),
+        ("fails=sh -c 'echo it broke >&2; exit 7'", "it broke"),
+        ("early=sh -c 'exit 7'", "ended early: exit status: 7"),
+        ("talks=sh -c 'echo hello; exec sleep 98761'", "printed \"hello\" where `warm` was expected"),
+        ("hangs=sh -c 'exec sleep 98762'", "did not print `warm` within 10."),
+        (&script_peer("silent", ""), "world.trace: cannot be read"),
+        (&script_peer("late", "exit 5"), "failed: exit status: 5"),
+        (
+            &script_peer("torn", "printf xyz > world.trace; touch agent-1.trace"),
+            "3 bytes are not a number of records",
+        ),
+        (&script_peer("empty", "touch world.trace agent-1.trace"), "no tick was opened between"),
+    ];
+    let commands = peers.map(|(peer, _)| peer);
+    let line = format!("--uavs 1 --load closed --transport pipe --repeat 1 {SHORT}");
+    let bench = Bench::start_with_peers(&line, &commands).finish();
+    assert_eq!(bench.code, Some(1), "{}", bench.stderr);
+    let cases = bench.results["cases"].as_array().unwrap();
+    let (of_peers, others): (Vec<&Value>, Vec<&Value>) =
+        cases.iter().partition(|case| case["case"]["subject"].is_object());
+    others.into_iter().for_each(assert_every_sample);
+    for (peer, problem) in peers {
+        let name = peer.split('=').next().unwrap();
+        let case = of_peers.iter().find(|case| case["case"]["subject"]["peer"] == name).unwrap();
+        let failure = case["failure"].as_str().unwrap_or_else(|| panic!("{case:#}"));
+        assert!(failure.contains(problem), "{name}: {failure}");
+    }
+    for command in ["sleep 98761", "sleep 98762"] {
+        assert_eq!(processes_with(command), Vec::<u32>::new(), "{command}");
+    }
+}
+
+#[test]
+fn the_processes_of_a_peer_end_with_a_killed_benchmark() {
+    let line = "--uavs 2 --load closed --transport none --repeat 1 --warm-up 0 --seconds 0.05";
+    let bench = Bench::start_with_peers(line, &["hangs=sh -c 'exec sleep 98763'"]);
+    wait_until("the peer runs", || (processes_with("sleep 98763").len() == 3).then_some(()));
+    let (case, _) = bench.wait_for("\"peer\":\"hangs\"");
+    send(case, Signal::KILL);
+    wait_until("the peer is gone", || processes_with("sleep 98763").is_empty().then_some(()));
+    assert_eq!(bench.finish().code, Some(1));
 }
 
 #[test]
@@ -237,6 +375,7 @@ fn contradictions_are_refused_before_anything_starts() {
         ("--uavs 1025", "1..=1024"),
         ("--load closed --rate 100", "add --load paced"),
         ("--transport none,udp", "none alone"),
+        ("--topology mesh --transport udp", "add --topology hub,mesh"),
         ("--wake poll", "event"),
         ("--payload 70000", "0..=65536"),
         ("--recorder maybe", "off"),

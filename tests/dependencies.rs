@@ -41,6 +41,7 @@ const ROOMS: [Room; 11] = [
             "error.rs",
             "histogram_files.rs",
             "measure.rs",
+            "peer_program/processes.rs",
             "proc_files.rs",
             "report.rs",
             "runner.rs",

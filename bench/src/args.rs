@@ -1,13 +1,15 @@
-//! The options of `ringwing bench`, and the cases that they ask for.
+//! The options of `ringwing bench`, and the axes that they ask for.
 //!
 //! All contradictions are found here, before anything starts.
 //!
 //! Must never start a process, read a file or write one.
 
 use crate::{
-    case::{Carrier, Case, Load},
+    axes::{Axes, distinct, in_topology},
+    case::{Carrier, Load, Topology},
     compare::CompareArgs,
     error::BenchError,
+    peer_program::program::PeerProgram,
 };
 use clap::ValueEnum;
 use ringwing_bus::Placement;
@@ -36,12 +38,22 @@ pub struct BenchArgs {
     /// Extra bytes to send each way in every tick
     #[arg(long, value_name = "BYTES", value_delimiter = ',', default_value = "0", value_parser = clap::value_parser!(u32).range(..=i64::from(PAYLOAD_MAX_BYTES)))]
     payload: Vec<u32>,
-    /// Fly the swarm without a recorder (off), with one that writes a log (on), or both
+    /// Fly the swarm without a recorder (off), with one that writes a log (on), or both; other transports have no recorder
     #[arg(long, value_name = "OFF,ON", value_delimiter = ',', default_value = "off")]
     recorder: Vec<RecorderChoice>,
     /// Transports to compare the swarm with
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     transport: Vec<TransportChoice>,
+    /// Connect the processes of pipes and Unix datagrams through a hub that relays everything in one message, or directly
+    /// as the swarm is connected (mesh)
+    ///
+    /// In a mesh, each agent reads from the world, the leader and its two neighbours, and writes to the world and the
+    /// neighbours. UDP and TCP have only a hub. The floors (gate, atomic, futex) send no data and have no topology.
+    #[arg(long, value_name = "HUB,MESH", value_delimiter = ',', default_value = "hub")]
+    topology: Vec<TopologyChoice>,
+    /// Also measure a program of your own as world and agents; repeatable. `bench/PEERS.md` says what it has to do
+    #[arg(long, value_name = "NAME=COMMAND")]
+    peer: Vec<PeerProgram>,
     #[command(flatten)]
     pub(crate) placement: PlacementArgs,
     /// Number of times to measure each case
@@ -98,7 +110,7 @@ impl PlacementArgs {
     }
 
     /// The arguments as a command line has them.
-    pub(crate) fn to_arguments(&self) -> Vec<String> {
+    pub fn to_arguments(&self) -> Vec<String> {
         let pin = self.pin.then(|| "--pin".to_owned());
         pin.into_iter().chain(self.priority.map(|priority| format!("--priority={priority}"))).collect()
     }
@@ -124,6 +136,12 @@ enum RecorderChoice {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TopologyChoice {
+    Hub,
+    Mesh,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TransportChoice {
     Gate,
     Atomic,
@@ -135,20 +153,6 @@ enum TransportChoice {
     Tcp,
     /// Measure the swarm alone
     None,
-}
-
-/// What to measure, validated: the cases are all combinations.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Axes {
-    pub(crate) uavs: Vec<u32>,
-    pub(crate) loads: Vec<Load>,
-    pub(crate) wakes: Vec<Wake>,
-    pub(crate) payloads: Vec<u32>,
-    pub(crate) recorders: Vec<bool>,
-    pub(crate) baselines: Vec<Carrier>,
-    pub(crate) repeats: u32,
-    pub(crate) warm_up_s: f64,
-    pub(crate) measure_s: f64,
 }
 
 /// Longest warm-up and longest measurement of a case, in seconds. The timestamps of a longer one may not fit into memory.
@@ -180,6 +184,8 @@ impl BenchArgs {
             payloads: distinct(&self.payload),
             recorders: distinct(&self.recorder).into_iter().map(|on| on == RecorderChoice::On).collect(),
             baselines: self.baselines(),
+            topologies: distinct(&self.topology).into_iter().map(Topology::from).collect(),
+            programs: self.peer.clone(),
             repeats: self.repeat.unwrap_or(if quick { 1 } else { 4 }),
             warm_up_s: seconds("--warm-up", self.warm_up, 0.0, if quick { 0.1 } else { 0.3 })?,
             measure_s: seconds("--seconds", self.seconds, SHORTEST_S, if quick { 0.4 } else { 2.0 })?,
@@ -201,10 +207,39 @@ impl BenchArgs {
         let is_safe = |transport: &TransportChoice| self.placement.priority.is_none() || transport.sleeps();
         let chosen =
             if self.transport.is_empty() { TransportChoice::value_variants() } else { &self.transport };
-        distinct(chosen).iter().filter(|one| is_safe(one)).filter_map(|one| one.carrier()).collect()
+        let transports = distinct(chosen).into_iter().filter(is_safe).filter_map(TransportChoice::carrier);
+        transports.chain(self.peer.iter().map(|peer| Carrier::Peer(peer.name.clone()))).collect()
+    }
+
+    /// Whether a transport is named that has none of the topologies asked for.
+    fn is_without_topology(&self) -> bool {
+        let only_mesh = !self.topology.contains(&TopologyChoice::Hub);
+        let named = self.transport.iter().filter_map(|transport| transport.carrier());
+        only_mesh && named.into_iter().any(|carrier| in_topology(&carrier, Topology::Mesh).is_none())
+    }
+
+    /// Refuses names by which a table could not tell two cases apart.
+    fn refuse_ambiguous_peers(&self) -> Result<(), BenchError> {
+        let mut taken: Vec<String> = TransportChoice::value_variants()
+            .iter()
+            .filter_map(|one| one.to_possible_value().map(|value| value.get_name().to_owned()))
+            .chain(["swarm".into()])
+            .collect();
+        for name in self.peer.iter().map(|peer| &peer.name) {
+            // Names of files have no capitals.
+            let name_in_files = name.to_lowercase();
+            if taken.contains(&name_in_files) {
+                return Err(BenchError::Usage(format!(
+                    "--peer {name}=...: this name is taken: choose another"
+                )));
+            }
+            taken.push(name_in_files);
+        }
+        Ok(())
     }
 
     fn refuse_contradictions(&self) -> Result<(), BenchError> {
+        self.refuse_ambiguous_peers()?;
         let urgent = self.placement.priority.is_some();
         let refusals = [
             (
@@ -214,6 +249,10 @@ impl BenchArgs {
             (
                 self.transport.len() > 1 && self.transport.contains(&TransportChoice::None),
                 "--transport none excludes all others: name the transports to compare with, or none alone",
+            ),
+            (
+                self.is_without_topology(),
+                "--transport udp and tcp have only a hub: add --topology hub,mesh, or leave them out",
             ),
             (
                 self.mcap && !self.recorder.contains(&RecorderChoice::On),
@@ -255,6 +294,15 @@ impl TransportChoice {
     }
 }
 
+impl From<TopologyChoice> for Topology {
+    fn from(choice: TopologyChoice) -> Self {
+        match choice {
+            TopologyChoice::Hub => Self::Hub,
+            TopologyChoice::Mesh => Self::Mesh,
+        }
+    }
+}
+
 impl From<WakeKind> for Wake {
     fn from(kind: WakeKind) -> Self {
         match kind {
@@ -263,17 +311,6 @@ impl From<WakeKind> for Wake {
             WakeKind::Event => Self::Event,
         }
     }
-}
-
-/// The values without repetitions, in their order.
-fn distinct<T: Clone + PartialEq>(values: &[T]) -> Vec<T> {
-    let mut distinct: Vec<T> = Vec::new();
-    for value in values {
-        if !distinct.contains(value) {
-            distinct.push(value.clone());
-        }
-    }
-    distinct
 }
 
 fn seconds(flag: &str, given: Option<f64>, shortest: f64, default: f64) -> Result<f64, BenchError> {
@@ -285,48 +322,10 @@ fn seconds(flag: &str, given: Option<f64>, shortest: f64, default: f64) -> Resul
     }
 }
 
-impl Axes {
-    /// All cases on these axes, without repetitions.
-    pub(crate) fn cases(&self) -> Vec<Case> {
-        let mut cases = Vec::new();
-        for load in &self.loads {
-            for uavs in &self.uavs {
-                for payload_bytes in &self.payloads {
-                    cases.extend(self.flights(*load, *uavs, *payload_bytes));
-                    let baselines = self.baselines.iter();
-                    cases.extend(baselines.map(|carrier| baseline(*carrier, *load, *uavs, *payload_bytes)));
-                }
-            }
-        }
-        distinct(&cases)
-    }
-
-    /// The swarm's cases of one size: only flights differ in how processes wait and whether they are recorded.
-    fn flights(&self, load: Load, uavs: u32, payload_bytes: u32) -> impl Iterator<Item = Case> {
-        let ways =
-            self.wakes.iter().flat_map(|wake| self.recorders.iter().map(|recorder| (*wake, *recorder)));
-        ways.map(move |(wake, recorder)| Case {
-            carrier: Carrier::Swarm,
-            load,
-            uavs,
-            wake,
-            payload_bytes,
-            recorder,
-        })
-    }
-}
-
-/// A case of another carrier. It drops the settings that the carrier cannot vary, so several combinations may become
-/// the same case.
-fn baseline(carrier: Carrier, load: Load, uavs: u32, payload_bytes: u32) -> Case {
-    let uavs = if carrier == Carrier::Atomic { 1 } else { uavs };
-    let payload_bytes = if carrier.carries_data() { payload_bytes } else { 0 };
-    Case { carrier, load, uavs, wake: Wake::Gate, payload_bytes, recorder: false }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::Case;
     use clap::Parser;
 
     #[derive(Debug, Parser)]
@@ -356,6 +355,29 @@ mod tests {
     }
 
     #[test]
+    fn each_transport_is_measured_in_every_topology_that_it_has_and_the_swarm_once() {
+        let both = axes("--topology hub,mesh,mesh --uavs 3 --load closed").unwrap().cases();
+        let count = |cases: &[Case], topology| cases.iter().filter(|case| case.topology == topology).count();
+        // The swarm, three floors and five transports as hubs; pipe, polled pipe and Unix datagram as meshes.
+        assert_eq!((count(&both, Topology::Hub), count(&both, Topology::Mesh)), (9, 3));
+        let mesh = axes("--topology mesh --uavs 3 --load closed").unwrap().cases();
+        assert_eq!((count(&mesh, Topology::Hub), count(&mesh, Topology::Mesh)), (4, 3));
+        assert!(!mesh.iter().any(|case| matches!(case.carrier, Carrier::Udp | Carrier::Tcp)));
+    }
+
+    #[test]
+    fn programs_are_measured_beside_the_chosen_transports() {
+        let words = ["bench", "--uavs", "3", "--load", "closed", "--transport", "none"];
+        let peers = ["--peer", "a=./peer --fast", "--peer", "b=./peer"];
+        let command = TestCommand::try_parse_from(words.into_iter().chain(peers)).unwrap();
+        let axes = command.args.axes().unwrap();
+        let carriers: Vec<Carrier> = axes.cases().into_iter().map(|case| case.carrier).collect();
+        assert_eq!(carriers, [Carrier::Swarm, Carrier::Peer("a".into()), Carrier::Peer("b".into())]);
+        assert_eq!(axes.program(&carriers[1]).unwrap().command, ["./peer", "--fast"]);
+        assert_eq!(axes.program(&carriers[0]), None);
+    }
+
+    #[test]
     fn without_options_the_whole_benchmark_runs() {
         let axes = axes("").unwrap();
         assert_eq!((axes.uavs.as_slice(), axes.repeats), (&[1, 6, 30, 100, 200][..], 4));
@@ -381,6 +403,11 @@ mod tests {
             ("--payload 65537", "0..=65536"),
             ("--transport none,pipe", "none alone"),
             ("--transport dds", "unix-datagram"),
+            ("--topology star", "mesh"),
+            ("--peer peer.py", "NAME=COMMAND"),
+            ("--peer a=x --peer A=y", "choose another"),
+            ("--peer TCP=x", "choose another"),
+            ("--topology mesh --transport pipe,tcp", "add --topology hub,mesh"),
             ("--mcap", "--out"),
             ("--mcap --out x", "add --recorder on"),
             ("--priority 0", "1..=99"),

@@ -20,6 +20,9 @@ pub struct Case {
     /// What carries the data.
     #[serde(rename = "subject")]
     pub carrier: Carrier,
+    /// How the processes are connected; differs only for pipes and Unix datagrams.
+    #[serde(default)]
+    pub topology: Topology,
     /// When ticks begin.
     pub load: Load,
     /// Number of agents, or of peers in their place; each is a process.
@@ -33,7 +36,7 @@ pub struct Case {
 }
 
 /// What carries the data of a tick between the processes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {
     /// The swarm itself: the real world, agents, law and messages.
@@ -54,6 +57,19 @@ pub enum Carrier {
     Udp,
     /// TCP over the loopback interface with `TCP_NODELAY`, blocking.
     Tcp,
+    /// A program that the user brings along, by its name.
+    Peer(String),
+}
+
+/// How the processes of a transport are connected.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Topology {
+    /// A hub relays to each peer in one message what an agent of the swarm reads from four services.
+    #[default]
+    Hub,
+    /// As the swarm is connected: the world, the leader and two neighbours send to each agent directly.
+    Mesh,
 }
 
 /// When ticks begin.
@@ -68,12 +84,24 @@ pub enum Load {
 
 impl Carrier {
     /// Whether messages are sent at all.
-    pub fn carries_data(self) -> bool {
+    pub fn carries_data(&self) -> bool {
         !matches!(self, Self::Gate | Self::Atomic | Self::Futex)
+    }
+
+    /// Whether its processes can be connected in this topology. Carriers without a choice count as a hub.
+    pub fn has(&self, topology: Topology) -> bool {
+        topology == Topology::Hub || matches!(self, Self::Pipe | Self::PipePolled | Self::UnixDatagram)
     }
 }
 
 impl Case {
+    /// Number of processes that take part in a tick, without a recorder: the agents, the world, and a leader if there is
+    /// one.
+    pub(crate) fn processes(&self) -> u32 {
+        let has_leader = self.carrier == Carrier::Swarm || self.topology == Topology::Mesh;
+        self.uavs + 1 + u32::from(has_leader)
+    }
+
     /// The scenario of this case: drawn start positions, a sky without obstacles, the paper's law.
     ///
     /// # Errors
@@ -118,6 +146,7 @@ mod tests {
 
     const CASE: Case = Case {
         carrier: Carrier::Swarm,
+        topology: Topology::Hub,
         load: Load::Paced(50),
         uavs: 2,
         wake: Wake::Event,
@@ -129,7 +158,23 @@ mod tests {
     fn a_case_survives_the_command_line() {
         let text = CASE.to_string();
         assert_eq!(text.parse::<Case>().unwrap(), CASE);
-        assert!(text.starts_with("{\"subject\":\"swarm\",\"load\":{\"paced\":50},"), "{text}");
+        assert!(
+            text.starts_with("{\"subject\":\"swarm\",\"topology\":\"hub\",\"load\":{\"paced\":50},"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn a_program_is_told_apart_by_its_name() {
+        let case = Case { carrier: Carrier::Peer("mine".into()), ..CASE };
+        assert!(case.to_string().starts_with("{\"subject\":{\"peer\":\"mine\"},"), "{case}");
+        assert_eq!(case.to_string().parse::<Case>().unwrap(), case);
+    }
+
+    #[test]
+    fn a_result_from_before_there_were_topologies_is_of_a_hub() {
+        let text = CASE.to_string().replace("\"topology\":\"hub\",", "");
+        assert_eq!(text.parse::<Case>().unwrap(), CASE);
     }
 
     #[test]

@@ -5,7 +5,14 @@
 //!
 //! Must never compute a latency: the process leaves a trace in a file.
 
-use crate::{args::PlacementArgs, case::Case, error::BenchError, measure::MeasureArgs, transport::hub};
+use crate::{
+    args::PlacementArgs,
+    case::Case,
+    error::BenchError,
+    measure::MeasureArgs,
+    peer_program::{processes, program::PeerProgram},
+    transport::hub,
+};
 use ringwing_bus::{Domain, DomainId};
 
 /// Name of the log of a flight, in the folder of its trace; the process that flies the case moves it there.
@@ -20,9 +27,12 @@ pub struct CaseArgs {
     /// Seed of the flight.
     #[arg(long)]
     pub seed: u64,
-    /// Domain of a hub and its peers; a flight creates its own.
+    /// Domain of a hub and its peers; a flight creates its own, and a peer program needs none.
     #[arg(long)]
     pub domain: Option<DomainId>,
+    /// The program to measure, if the case is of one.
+    #[arg(long)]
+    pub peer: Option<PeerProgram>,
     /// What to measure, and where to write it.
     #[command(flatten)]
     pub measure: MeasureArgs,
@@ -40,16 +50,21 @@ impl CaseArgs {
         let mut arguments: Vec<String> = ["--case".into(), self.case.to_string()].into();
         arguments.extend(["--seed".into(), self.seed.to_string()]);
         arguments.extend(self.domain.iter().flat_map(|domain| ["--domain".into(), domain.to_string()]));
+        arguments.extend(self.peer.iter().flat_map(|peer| ["--peer".into(), peer.to_string()]));
         arguments.extend(self.measure.to_arguments());
         arguments.extend(self.placement.to_arguments());
         arguments.extend(["--launcher".into(), self.launcher.to_string()]);
         arguments
     }
 
-    /// Measures a carrier other than the swarm, as the hub of its peers.
+    /// Measures a carrier other than the swarm: as the hub of its peers, or by starting the user's program.
     pub fn measure_transport(&self) -> Result<(), BenchError> {
+        let placement = self.placement.placement();
+        if let Some(peer) = &self.peer {
+            return processes::run(&self.case, peer, &self.measure, placement);
+        }
         let id = self.domain.as_ref().ok_or_else(|| BenchError::case("a hub needs a --domain"))?;
-        hub::run(&self.case, &Domain::join(id)?, &self.measure, self.placement.placement())
+        hub::run(&self.case, &Domain::join(id)?, &self.measure, placement)
     }
 }
 
@@ -66,14 +81,15 @@ mod tests {
 
     #[test]
     fn a_case_process_reads_the_arguments_that_the_benchmark_writes() {
-        let case =
-            r#"{"subject":"pipe","load":"closed","uavs":2,"wake":"gate","payload_bytes":0,"recorder":false}"#;
+        let case = r#"{"subject":"pipe","topology":"mesh","load":"closed","uavs":2,"wake":"gate","payload_bytes":0,"recorder":false}"#;
         let line = [
             "bench-case",
             "--case",
             case,
             "--seed",
             "7",
+            "--peer",
+            "mine=peer 'a b'",
             "--measure-into",
             "trace",
             "--warm-up-s",

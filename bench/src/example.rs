@@ -1,7 +1,7 @@
 //! A made-up result, for the tests of everything that shows results.
 
 use crate::{
-    case::{Carrier, Case, Load},
+    case::{Carrier, Case, Load, Topology},
     latencies::Latencies,
     result::{FORMAT, Hop, Machine, Measured, Repeat, Results, TimeSlice, Usage},
 };
@@ -47,16 +47,25 @@ fn machine() -> Machine {
 }
 
 /// The case of `results` with these properties.
+#[expect(clippy::needless_pass_by_value, reason = "callers write the carrier in place")]
 pub(crate) fn find(results: &Results, carrier: Carrier, load: Load, uavs: u32) -> &Measured {
     let is_it = |measured: &&Measured| {
         let case = &measured.case;
-        (case.carrier, case.load, case.uavs) == (carrier, load, uavs)
+        case.carrier == carrier && (case.load, case.uavs) == (load, uavs)
     };
     results.cases.iter().find(is_it).expect("the example has this case")
 }
 
 fn measured(carrier: Carrier, load: Load, uavs: u32, typical_ns: f64) -> Measured {
-    let case = Case { carrier, load, uavs, wake: Wake::Gate, payload_bytes: 0, recorder: false };
+    let case = Case {
+        carrier,
+        topology: Topology::Hub,
+        load,
+        uavs,
+        wake: Wake::Gate,
+        payload_bytes: 0,
+        recorder: false,
+    };
     let repeat = |(round, slower): (u32, f64)| repeat(&case, round, slower * typical_ns);
     let repeats = (0..).zip(ROUNDS).map(repeat).collect();
     Measured { case, repeats, failure: None }
@@ -71,7 +80,7 @@ fn repeat(case: &Case, round: u32, typical_ns: f64) -> Repeat {
         took_s: TICKS as f64 * tick_ns / 1e9,
         ticks: TICKS,
         tick_ns,
-        hops: hops(case.carrier, typical_ns, is_paced),
+        hops: hops(&case.carrier, typical_ns, is_paced),
         missed_deadlines: if is_paced { u64::from(round) } else { 0 },
         reused_commands: if is_paced { 6 * u64::from(round) } else { 0 },
         usage: usage(case, typical_ns),
@@ -79,7 +88,7 @@ fn repeat(case: &Case, round: u32, typical_ns: f64) -> Repeat {
     }
 }
 
-fn hops(carrier: Carrier, typical_ns: f64, is_paced: bool) -> BTreeMap<Hop, Latencies> {
+fn hops(carrier: &Carrier, typical_ns: f64, is_paced: bool) -> BTreeMap<Hop, Latencies> {
     let shares: &[(Hop, f64)] = match (carrier, is_paced) {
         (Carrier::Swarm, true) => {
             &[(Hop::Wake, 0.5), (Hop::Read, 0.2), (Hop::Compute, 0.1), (Hop::Tick, 1.0)]

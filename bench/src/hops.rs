@@ -185,12 +185,21 @@ fn time_slice(mut delays_ns: Vec<u64>) -> TimeSlice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::case::Topology;
     use ringwing_scenario::Wake;
 
     const MS: u64 = 1_000_000;
 
     fn case(load: Load, uavs: u32) -> Case {
-        Case { carrier: Carrier::Swarm, load, uavs, wake: Wake::Gate, payload_bytes: 0, recorder: false }
+        Case {
+            carrier: Carrier::Swarm,
+            topology: Topology::Hub,
+            load,
+            uavs,
+            wake: Wake::Gate,
+            payload_bytes: 0,
+            recorder: false,
+        }
     }
 
     fn tick(tick: i64, intended_ms: u64, skipped: u32, opened_ms: u64) -> TickRecord {

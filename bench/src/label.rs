@@ -3,13 +3,13 @@
 //! Must never decide what is shown.
 
 use crate::{
-    case::{Carrier, Case, Load},
+    case::{Carrier, Case, Load, Topology},
     result::Hop,
 };
 use ringwing_scenario::Wake;
 
 /// Name of a carrier.
-pub(crate) fn carrier(carrier: Carrier) -> &'static str {
+pub(crate) fn carrier(carrier: &Carrier) -> &str {
     match carrier {
         Carrier::Swarm => "swarm",
         Carrier::Gate => "gate alone",
@@ -20,6 +20,7 @@ pub(crate) fn carrier(carrier: Carrier) -> &'static str {
         Carrier::UnixDatagram => "Unix datagram",
         Carrier::Udp => "UDP",
         Carrier::Tcp => "TCP",
+        Carrier::Peer(name) => name,
     }
 }
 
@@ -33,6 +34,10 @@ pub(crate) fn load(load: Load) -> String {
 
 /// Name of a case without its load and its size: the carrier, and what differs from the default.
 pub(crate) fn setup(case: &Case) -> String {
+    let topology = match case.topology {
+        Topology::Hub => "",
+        Topology::Mesh => ", mesh",
+    };
     let wake = match case.wake {
         Wake::Gate => "",
         Wake::Spin => ", spinning",
@@ -40,7 +45,7 @@ pub(crate) fn setup(case: &Case) -> String {
     };
     let payload = if case.payload_bytes > 0 { format!(", {} B", case.payload_bytes) } else { String::new() };
     let recorded = if case.recorder { ", recorded" } else { "" };
-    [carrier(case.carrier), wake, &payload, recorded].concat()
+    [carrier(&case.carrier), topology, wake, &payload, recorded].concat()
 }
 
 /// Number of UAVs, in words.
@@ -115,6 +120,7 @@ mod tests {
 
     const PLAIN: Case = Case {
         carrier: Carrier::Swarm,
+        topology: Topology::Hub,
         load: Load::Closed,
         uavs: 6,
         wake: Wake::Gate,
@@ -131,6 +137,9 @@ mod tests {
         assert_eq!(file(&laden), "swarm-events-4096-b-recorded-6-paced-100hz");
         let alone = Case { carrier: Carrier::PipePolled, uavs: 1, ..PLAIN };
         assert_eq!(case(&alone), "pipe, polled, 1 UAV, closed loop");
+        let meshed = Case { topology: Topology::Mesh, ..alone };
+        assert_eq!(case(&meshed), "pipe, polled, mesh, 1 UAV, closed loop");
+        assert_eq!(file(&meshed), "pipe-polled-mesh-1-closed");
     }
 
     #[test]

@@ -3,8 +3,9 @@
 //! Must never start anything before all options are checked. Must never print: the command prints the report.
 
 use crate::{
-    args::{Axes, BenchArgs, BenchVerb},
-    case::Carrier,
+    args::{BenchArgs, BenchVerb},
+    axes::Axes,
+    case::{Carrier, Case},
     compare, doctor,
     error::BenchError,
     histogram_files, machine, page,
@@ -92,8 +93,7 @@ fn measure(args: &BenchArgs, axes: &Axes) -> Result<Results, BenchError> {
 
 fn inspect(axes: &Axes) -> Machine {
     let mut machine = doctor::inspect();
-    // The agents and the world, or the peers and the hub.
-    let most_processes = axes.cases().iter().map(|case| case.uavs + 1).max();
+    let most_processes = axes.cases().iter().map(Case::processes).max();
     machine.warnings.extend(most_processes.and_then(doctor::crowded));
     machine
 }

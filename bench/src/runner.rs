@@ -4,7 +4,8 @@
 //! benchmark ends.
 
 use crate::{
-    args::{Axes, PlacementArgs},
+    args::PlacementArgs,
+    axes::Axes,
     case::{Carrier, Case},
     case_args::{CaseArgs, FLIGHT_LOG},
     error::BenchError,
@@ -105,12 +106,15 @@ impl<'a> Runner<'a> {
 
     fn measure_in(&self, case: &Case, folder: &Path) -> Result<Repeat, BenchError> {
         let path = folder.join("trace");
+        let peer = self.axes.program(&case.carrier);
+        let needs_domain = case.carrier != Carrier::Swarm && peer.is_none();
         // Owned here until the peers' traces are read, so that a killed hub leaves nothing in shared memory.
-        let owner = (case.carrier != Carrier::Swarm).then(|| DomainOwner::create("")).transpose()?;
+        let owner = needs_domain.then(|| DomainOwner::create("")).transpose()?;
         let mut command = command(&CaseArgs {
             case: case.clone(),
             seed: self.seed,
             domain: owner.as_ref().map(|(owner, _)| owner.domain().id().clone()),
+            peer: peer.cloned(),
             measure: MeasureArgs {
                 measure_into: Some(path.clone()),
                 warm_up_s: Some(self.axes.warm_up_s),
@@ -204,13 +208,17 @@ fn command(args: &CaseArgs) -> Command {
 
 /// Most lines that are quoted from the stderr of a failed case; a hub's peers all complain about the same problem.
 const REASON_LINES: usize = 3;
+/// How ringwing's own processes begin a line on stderr.
+const OWN_LINE: &str = "ringwing: ";
 
-/// The first lines of what a failed case wrote to stderr, as one line.
+/// The first lines of what a failed case wrote to stderr, as one line: those of ringwing first, then those of the user's
+/// program.
 fn reason(said: &str) -> String {
-    let mut lines =
-        said.lines().map(|line| line.trim_start_matches("ringwing: ").trim()).filter(|line| !line.is_empty());
-    let first: Vec<&str> = lines.by_ref().take(REASON_LINES).collect();
-    match lines.count() {
+    let lines = || said.lines().map(str::trim).filter(|line| !line.is_empty());
+    let own = lines().filter_map(|line| line.strip_prefix(OWN_LINE));
+    let mut all = own.chain(lines().filter(|line| !line.starts_with(OWN_LINE)));
+    let first: Vec<&str> = all.by_ref().take(REASON_LINES).collect();
+    match all.count() {
         0 => first.join("; "),
         more => format!("{}; and {more} more lines", first.join("; ")),
     }
@@ -239,5 +247,6 @@ mod tests {
     fn only_the_first_reasons_are_quoted() {
         assert_eq!(reason("ringwing: bench: no place\n"), "bench: no place");
         assert_eq!(reason("ringwing: a\n\nb\nc\nd\ne\n"), "a; b; c; and 2 more lines");
+        assert_eq!(reason("Traceback\nringwing: the world failed\n"), "the world failed; Traceback");
     }
 }

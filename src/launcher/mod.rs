@@ -59,6 +59,8 @@ pub(crate) struct Plan {
     pub(crate) measure: Option<MeasureArgs>,
     /// Where and how urgently the processes run.
     pub(crate) placement: Placement,
+    /// Lock the memory of the processes.
+    pub(crate) lock_memory: bool,
 }
 
 impl Plan {

@@ -39,6 +39,7 @@ impl<'a> Spawner<'a> {
         let mut command = Command::new("/proc/self/exe");
         command
             .arg0("ringwing")
+            .args(self.plan.lock_memory.then_some("--lock-memory"))
             .args(self.arguments(part))
             .args(["--launcher", &std::process::id().to_string()])
             .stdin(Stdio::null())

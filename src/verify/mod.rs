@@ -46,6 +46,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         recorder: true,
         measure: None,
         placement: Placement::default(),
+        lock_memory: false,
     };
     let outcome = launch(&plan)?;
     if let Some(failure) = outcome.failures.first() {

@@ -30,9 +30,15 @@ pub struct Benched {
 impl Bench {
     /// Starts `ringwing bench --json` with more `arguments`, separated by spaces.
     pub fn start(arguments: &str) -> Self {
+        Self::start_with_peers(arguments, &[])
+    }
+
+    /// Starts `ringwing bench --json` with more `arguments`, separated by spaces, and with programs as `NAME=COMMAND`.
+    pub fn start_with_peers(arguments: &str, peers: &[&str]) -> Self {
         let temporary = tempfile::tempdir().expect("a temporary folder");
         let mut command = ringwing();
         command.args(["bench", "--json"]).args(arguments.split_whitespace()).env("TMPDIR", temporary.path());
+        command.args(peers.iter().flat_map(|peer| ["--peer", peer]));
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self { child: command.spawn().expect("ringwing starts"), temporary }
     }
@@ -123,6 +129,12 @@ pub fn domain_in(line: &str) -> DomainId {
 pub fn assert_gone(domain: &DomainId) {
     wait_until(&format!("nothing is left of {domain}"), || leftovers(domain).is_empty().then_some(()));
     assert!(!domain::all().contains(domain));
+}
+
+/// The processes whose command line begins with `text`.
+pub fn processes_with(text: &str) -> Vec<u32> {
+    let found = processes().into_iter().filter(|(_, _, line)| line.starts_with(text));
+    found.map(|(process, ..)| process).collect()
 }
 
 /// All processes of the machine: id, id of the parent, command line.

@@ -2,6 +2,7 @@
 //!
 //! Must never wait in any other way than its kind does: blocking in the kernel, or polling between yields.
 
+use crate::case::Carrier;
 use rustix::{
     fs::{OFlags, fcntl_getfl, fcntl_setfl},
     io::Errno,
@@ -37,6 +38,28 @@ pub(super) enum PeerConnection {
 }
 
 impl PeerConnection {
+    /// Both ends of a new connection of the kind that `carrier` uses, as descriptors: a socket, or the writing end of one
+    /// pipe and the reading end of another.
+    pub(super) fn pair(carrier: &Carrier) -> io::Result<[Vec<OwnedFd>; 2]> {
+        if *carrier == Carrier::UnixDatagram {
+            let (near, far) = UnixDatagram::pair()?;
+            return Ok([vec![near.into()], vec![far.into()]]);
+        }
+        let ((near_in, far_out), (far_in, near_out)) = (io::pipe()?, io::pipe()?);
+        Ok([vec![near_out.into(), near_in.into()], vec![far_out.into(), far_in.into()]])
+    }
+
+    /// The connection of which [`pair`](Self::pair) made this end.
+    pub(super) fn from_end(carrier: &Carrier, end: Vec<OwnedFd>) -> io::Result<Self> {
+        let mut descriptors = end.into_iter();
+        match (carrier, descriptors.next(), descriptors.next()) {
+            (Carrier::Pipe, Some(out), Some(back)) => Ok(Self::pipe(out, back)),
+            (Carrier::PipePolled, Some(out), Some(back)) => Self::polled(out, back),
+            (Carrier::UnixDatagram, Some(socket), None) => Ok(Self::UnixDatagram(socket.into())),
+            _ => Err(io::Error::other("a connection has another number of descriptors")),
+        }
+    }
+
     /// Two blocking pipes.
     pub(super) fn pipe(out: impl Into<OwnedFd>, back: impl Into<OwnedFd>) -> Self {
         Self::Pipe { out: File::from(out.into()), back: File::from(back.into()) }
@@ -174,16 +197,11 @@ mod tests {
 
     #[test]
     fn long_messages_arrive_complete_over_every_connection() {
-        let pipes = || (io::pipe().unwrap(), io::pipe().unwrap());
-        let ((near_in, far_out), (far_in, near_out)) = pipes();
-        echo(PeerConnection::pipe(near_out, near_in), PeerConnection::pipe(far_out, far_in));
-        let ((near_in, far_out), (far_in, near_out)) = pipes();
-        echo(
-            PeerConnection::polled(near_out, near_in).unwrap(),
-            PeerConnection::polled(far_out, far_in).unwrap(),
-        );
-        let (near, far) = UnixDatagram::pair().unwrap();
-        echo(PeerConnection::UnixDatagram(near), PeerConnection::UnixDatagram(far));
+        for carrier in [Carrier::Pipe, Carrier::PipePolled, Carrier::UnixDatagram] {
+            let ends = PeerConnection::pair(&carrier).unwrap();
+            let [near, far] = ends.map(|end| PeerConnection::from_end(&carrier, end).unwrap());
+            echo(near, far);
+        }
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let near = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         echo(PeerConnection::tcp(near).unwrap(), PeerConnection::tcp(listener.accept().unwrap().0).unwrap());

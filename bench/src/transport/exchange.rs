@@ -1,31 +1,63 @@
-//! What a hub and its peers exchange in a tick: how many bytes, and the number that stands for the tick.
+//! What the processes of a transport exchange in a tick: how many bytes, and the number that stands for the tick.
 //!
 //! Must never send or receive anything.
 
 use crate::case::Case;
 use ringwing_flight::{Command, LeaderState, Sensed, UavState};
 
+/// The first tick of a run.
+pub(super) const FIRST: i64 = 0;
 /// The tick that ends a run.
 pub(super) const END: i64 = i64::MAX;
 
-/// How many bytes go each way between the hub and each peer in a tick.
+/// Sizes of the messages between two processes in a tick, in bytes, as one of the two sees them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Exchange {
-    /// To the peer: what an agent reads in a tick.
-    pub(super) ask_bytes: usize,
-    /// Back to the hub: what an agent sends in a tick.
-    pub(super) answer_bytes: usize,
+pub(crate) struct MessageSizes {
+    /// Of what it sends.
+    pub(crate) outgoing: usize,
+    /// Of what it receives.
+    pub(crate) incoming: usize,
 }
 
-impl Exchange {
-    /// The exchange that `case` asks for: that of a swarm without a recorder, whose agents send no account.
-    pub(super) fn of(case: &Case) -> Self {
+impl MessageSizes {
+    /// Between the hub and a peer: everything that an agent reads in a tick, and everything that it sends.
+    ///
+    /// As in a swarm without a recorder, whose agents send no account.
+    pub(crate) fn hub_to_peer(case: &Case) -> Self {
         let payload = case.payload_bytes as usize;
         let neighbours = 2 * size_of::<UavState>();
         Self {
-            ask_bytes: size_of::<Sensed>() + size_of::<LeaderState>() + neighbours + payload,
-            answer_bytes: size_of::<UavState>() + size_of::<Command>() + payload,
+            outgoing: size_of::<Sensed>() + size_of::<LeaderState>() + neighbours + payload,
+            incoming: size_of::<UavState>() + size_of::<Command>() + payload,
         }
+    }
+
+    /// Between the world of a mesh and an agent: its senses, and its command.
+    ///
+    /// Extra bytes go this way only, as in the swarm.
+    pub(super) fn world_to_agent(case: &Case) -> Self {
+        let payload = case.payload_bytes as usize;
+        Self { outgoing: size_of::<Sensed>() + payload, incoming: size_of::<Command>() + payload }
+    }
+
+    /// Between the world of a mesh and the leader: the tick alone, and the state that answers it.
+    pub(super) fn world_to_leader() -> Self {
+        Self { outgoing: size_of::<i64>(), incoming: size_of::<LeaderState>() }
+    }
+
+    /// Between the leader of a mesh and an agent, which does not answer.
+    pub(super) fn leader_to_agent() -> Self {
+        Self { outgoing: size_of::<LeaderState>(), incoming: 0 }
+    }
+
+    /// Between two neighbours of a mesh.
+    pub(super) fn between_neighbours() -> Self {
+        Self { outgoing: size_of::<UavState>(), incoming: size_of::<UavState>() }
+    }
+
+    /// The same messages as the other process sees them.
+    pub(super) fn reversed(self) -> Self {
+        Self { outgoing: self.incoming, incoming: self.outgoing }
     }
 }
 
@@ -57,24 +89,38 @@ pub(super) fn turn_of(tick: i64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{Carrier, Load};
+    use crate::case::{Carrier, Load, Topology};
     use ringwing_scenario::Wake;
+
+    const CASE: Case = Case {
+        carrier: Carrier::Pipe,
+        topology: Topology::Hub,
+        load: Load::Closed,
+        uavs: 1,
+        wake: Wake::Gate,
+        payload_bytes: 1000,
+        recorder: false,
+    };
 
     #[test]
     fn a_peer_reads_and_sends_as_many_bytes_as_an_agent() {
-        let case = Case {
-            carrier: Carrier::Pipe,
-            load: Load::Closed,
-            uavs: 1,
-            wake: Wake::Gate,
-            payload_bytes: 1000,
-            recorder: false,
-        };
         // As literals, so that a changed message has to be noticed here: earlier figures then do not compare any more.
         // Read: sensed 320, leader 48, two neighbours of 120 each. Sent: state 120, command 32.
-        assert_eq!(Exchange::of(&case), Exchange { ask_bytes: 1608, answer_bytes: 1152 });
-        let bare = Case { payload_bytes: 0, ..case };
-        assert_eq!(Exchange::of(&bare), Exchange { ask_bytes: 608, answer_bytes: 152 });
+        assert_eq!(MessageSizes::hub_to_peer(&CASE), MessageSizes { outgoing: 1608, incoming: 1152 });
+        let bare = Case { payload_bytes: 0, ..CASE };
+        assert_eq!(MessageSizes::hub_to_peer(&bare), MessageSizes { outgoing: 608, incoming: 152 });
+    }
+
+    #[test]
+    fn an_agent_of_a_mesh_reads_as_many_bytes_as_a_peer_of_a_hub() {
+        let from_world = MessageSizes::world_to_agent(&CASE);
+        let from_leader = MessageSizes::leader_to_agent();
+        let neighbour = MessageSizes::between_neighbours();
+        let hub = MessageSizes::hub_to_peer(&CASE);
+        assert_eq!(from_world.outgoing + from_leader.outgoing + 2 * neighbour.outgoing, hub.outgoing);
+        // It writes its state twice, because it has two neighbours.
+        assert_eq!(from_world.incoming + neighbour.outgoing, hub.incoming);
+        assert_eq!(from_world.reversed().outgoing, from_world.incoming);
     }
 
     #[test]

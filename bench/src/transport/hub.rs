@@ -1,16 +1,17 @@
-//! The hub: the process in the world's place. It sends each tick to all peers and waits until all have answered.
+//! The hub: the process in the world's place, also where the peers form a mesh. It sends each tick to all peers and waits
+//! until all have answered.
 //!
 //! Must never begin a tick before its time, and must never make up for a tick that it missed.
 
 use super::{
-    connection::PeerConnection,
-    exchange::{END, Exchange, put_tick, round_of, tick_in, turn_of},
+    exchange::{END, FIRST, MessageSizes, round_of, turn_of},
+    links::Links,
     peer::trace_path,
     peers::{PEER_TIMEOUT, Peers},
     shared_words::SharedWords,
 };
 use crate::{
-    case::{Carrier, Case, Load},
+    case::{Carrier, Case, Load, Topology},
     error::BenchError,
     measure::{Measure, MeasureArgs},
     trace::Trace,
@@ -79,7 +80,8 @@ enum ToPeers {
     Gate,
     Futex(SharedWords),
     Turns(SharedWords),
-    Connections { connections: Vec<PeerConnection>, ask: Vec<u8>, answer: Vec<u8> },
+    /// In a mesh the leader comes first, because it has to send to all agents.
+    Links(Vec<Links>),
 }
 
 impl ToPeers {
@@ -92,20 +94,28 @@ impl ToPeers {
             Carrier::Swarm | Carrier::Gate => Self::Gate,
             Carrier::Futex => Self::Futex(words()?),
             Carrier::Atomic => Self::Turns(words()?),
-            _ => {
-                let connections = peers.connections(case)?;
-                let Exchange { ask_bytes, answer_bytes } = Exchange::of(case);
-                Self::Connections { connections, ask: vec![0; ask_bytes], answer: vec![0; answer_bytes] }
-            }
+            _ => Self::Links(links(peers, case)?),
         })
     }
+}
+
+fn links(peers: &mut Peers, case: &Case) -> Result<Vec<Links>, BenchError> {
+    let mut connections = peers.connections(case)?;
+    Ok(match case.topology {
+        Topology::Hub => vec![Links::new(connections, MessageSizes::hub_to_peer(case))],
+        Topology::Mesh => {
+            let agents = connections.split_off(1);
+            let leader = Links::new(connections, MessageSizes::world_to_leader());
+            vec![leader, Links::new(agents, MessageSizes::world_to_agent(case))]
+        }
+    })
 }
 
 impl Hub<'_> {
     /// Opens ticks until `measure` has enough, as the world does.
     fn run(&mut self, measure: &mut Measure) -> Result<(), BenchError> {
         let mut deadlines = self.deadlines();
-        for tick in 0.. {
+        for tick in FIRST.. {
             match measure.before_tick(&self.gate) {
                 Proceed::Fly => {}
                 Proceed::RestartDeadlines => deadlines = self.deadlines(),
@@ -129,7 +139,7 @@ impl Hub<'_> {
         match self.case.load {
             Load::Closed => None,
             Load::Paced(rate_hz) => {
-                Some(Deadlines::new(rate_hz, processes_per_core(self.case.uavs + 1), monotonic_ns()))
+                Some(Deadlines::new(rate_hz, processes_per_core(self.case.processes()), monotonic_ns()))
             }
         }
     }
@@ -139,9 +149,8 @@ impl Hub<'_> {
             ToPeers::Gate => self.gate.open_tick(Tick(tick), self.case.uavs),
             ToPeers::Futex(words) => words.broadcast(round_of(tick)),
             ToPeers::Turns(words) => words.pass(turn_of(tick)),
-            ToPeers::Connections { connections, ask, .. } => {
-                put_tick(ask, tick);
-                let sent = connections.iter_mut().try_for_each(|connection| connection.send(ask));
+            ToPeers::Links(links) => {
+                let sent = links.iter_mut().try_for_each(|links| links.send(tick));
                 sent.map_err(BenchError::system("a tick cannot be sent"))?;
             }
         }
@@ -168,13 +177,9 @@ impl Hub<'_> {
             ToPeers::Turns(words) => {
                 words.spin_while(turn_of(tick)).ok_or_else(no_answer)?;
             }
-            ToPeers::Connections { connections, answer, .. } => {
-                for connection in connections {
-                    connection.receive(answer).map_err(BenchError::system("a peer did not answer"))?;
-                    if tick_in(answer) != tick {
-                        return Err(BenchError::case(format!("a peer answered another tick than {tick}")));
-                    }
-                }
+            ToPeers::Links(links) => {
+                let received = links.iter_mut().try_for_each(|links| links.receive(tick));
+                received.map_err(BenchError::system("a peer did not answer"))?;
             }
         }
         Ok(())
@@ -184,7 +189,7 @@ impl Hub<'_> {
         match &mut self.to_peers {
             ToPeers::Gate => self.gate.close(),
             ToPeers::Futex(words) | ToPeers::Turns(words) => words.end(),
-            ToPeers::Connections { .. } => self.open(END)?,
+            ToPeers::Links(_) => self.open(END)?,
         }
         Ok(())
     }

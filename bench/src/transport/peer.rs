@@ -1,4 +1,5 @@
-//! A peer: the process in an agent's place. It answers each tick with as many bytes as an agent sends, and computes nothing.
+//! A peer: the process in an agent's place, or in the leader's place in a mesh. It answers each tick with as many bytes as an
+//! agent or the leader sends, and computes nothing.
 //!
 //! Keeps its timestamps in memory and writes them to a file after the last tick.
 //!
@@ -6,11 +7,13 @@
 
 use super::{
     connection::{PeerConnection, duplicated},
-    exchange::{END, Exchange, put_tick, tick_in, tick_of},
+    exchange::{END, FIRST, MessageSizes, tick_of},
+    links::Links,
+    mesh,
     shared_words::SharedWords,
 };
 use crate::{
-    case::{Carrier, Case, Load},
+    case::{Carrier, Case, Load, Topology},
     error::BenchError,
     trace::{StepRecord, Trace, TraceHead},
 };
@@ -32,9 +35,9 @@ pub struct PeerArgs {
     /// The case, in JSON.
     #[arg(long)]
     case: Case,
-    /// Number of this peer, from 0.
+    /// Number of this peer, from 0; without it, the peer is the leader of a mesh.
     #[arg(long)]
-    member: u32,
+    member: Option<u32>,
     /// The domain of the hub.
     #[arg(long)]
     domain: DomainId,
@@ -50,10 +53,15 @@ pub struct PeerArgs {
 }
 
 impl PeerArgs {
-    /// The agent whose place it takes.
+    /// Whose place it takes.
     fn part(&self) -> Part {
-        Part::Agent(UavId(self.member + 1))
+        part(self.member)
     }
+}
+
+/// Whose place the peer number `member` takes.
+pub(super) fn part(member: Option<u32>) -> Part {
+    member.map_or(Part::Leader, |member| Part::Agent(UavId(member + 1)))
 }
 
 /// The file into which peer `member` writes its timestamps.
@@ -70,13 +78,16 @@ pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
     let mut trace = Trace { ticks: Vec::new(), steps: Vec::with_capacity(RESERVED_TICKS) };
     domain.gate()?.set_ready_process(args.part(), Some(std::process::id()));
     while let Some((tick, woke_ns)) = to_hub.next_tick(&stop).map_err(BenchError::system("no tick"))? {
+        to_hub.read_inputs(tick).map_err(BenchError::system("an input is missing"))?;
         let read_ns = monotonic_ns();
         let sent_ns = monotonic_ns();
         to_hub.answer(tick).map_err(BenchError::system("a tick cannot be answered"))?;
-        let member = args.member;
+        let member = args.member.unwrap_or_default();
         trace.steps.push(StepRecord { tick, woke_ns, read_ns, sent_ns, member, ..StepRecord::default() });
     }
-    Ok(trace.save(&trace_path(&args.into, args.member), &TraceHead::default())?)
+    // Only agents' answers are measured.
+    let Some(member) = args.member else { return Ok(()) };
+    Ok(trace.save(&trace_path(&args.into, member), &TraceHead::default())?)
 }
 
 /// The peer's end of the transport.
@@ -84,7 +95,9 @@ enum ToHub {
     Gate { gate: Gate, part: Part, strategy: WaitStrategy, seen: Option<Tick> },
     Futex { words: SharedWords, seen: u32, peers: u32 },
     Turns { words: SharedWords, seen: u32 },
-    Connection { connection: PeerConnection, ask: Vec<u8>, answer: Vec<u8> },
+    Hub(Links),
+    MeshAgent { world: Links, leader: Links, neighbours: Links },
+    MeshLeader { world: Links, agents: Links },
 }
 
 impl ToHub {
@@ -101,6 +114,7 @@ impl ToHub {
                 Ok(Self::Gate { gate: domain.gate()?, part: args.part(), strategy, seen: None })
             }
             Carrier::Futex | Carrier::Atomic => Self::open_words(args, domain).map_err(failed),
+            _ if args.case.topology == Topology::Mesh => Self::join_mesh(args).map_err(failed),
             _ => Self::connect(args).map_err(failed),
         }
     }
@@ -126,8 +140,27 @@ impl ToHub {
             Carrier::Udp => PeerConnection::Udp(introduced_udp(args)?),
             _ => PeerConnection::tcp(TcpStream::connect((Ipv4Addr::LOCALHOST, args.port))?)?,
         };
-        let Exchange { ask_bytes, answer_bytes } = Exchange::of(&args.case);
-        Ok(Self::Connection { connection, ask: vec![0; ask_bytes], answer: vec![1; answer_bytes] })
+        let sizes = MessageSizes::hub_to_peer(&args.case).reversed();
+        Ok(Self::Hub(Links::new(vec![connection], sizes)))
+    }
+
+    /// Takes the connections that the world hands over through stdin.
+    fn join_mesh(args: &PeerArgs) -> io::Result<Self> {
+        let socket = UnixDatagram::from(duplicated(io::stdin())?);
+        let mut world = mesh::receive_ends(&socket, &args.case, args.part())?;
+        let mut others = world.split_off(1);
+        if args.part() == Part::Leader {
+            return Ok(Self::MeshLeader {
+                world: Links::new(world, MessageSizes::world_to_leader().reversed()),
+                agents: Links::new(others, MessageSizes::leader_to_agent()),
+            });
+        }
+        let neighbours = others.split_off(1);
+        Ok(Self::MeshAgent {
+            world: Links::new(world, MessageSizes::world_to_agent(&args.case).reversed()),
+            leader: Links::new(others, MessageSizes::leader_to_agent().reversed()),
+            neighbours: Links::new(neighbours, MessageSizes::between_neighbours()),
+        })
     }
 
     /// Waits for the next tick; returns it with the time at which it was seen, or `None` at the end of the run.
@@ -144,13 +177,27 @@ impl ToHub {
             Self::Turns { words, seen } => {
                 words.spin_while(*seen).inspect(|round| *seen = *round).map(|round| i64::from(round / 2))
             }
-            Self::Connection { connection, ask, .. } => match connection.receive(ask) {
-                // A hub that is gone closes its end.
-                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => None,
-                received => received.map(|()| Some(tick_in(ask)).filter(|tick| *tick != END))?,
-            },
+            Self::Hub(world) | Self::MeshAgent { world, .. } | Self::MeshLeader { world, .. } => {
+                match world.next_tick() {
+                    // A hub that is gone closes its end.
+                    Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => None,
+                    received => Some(received?).filter(|tick| *tick != END),
+                }
+            }
         };
         Ok(tick.map(|tick| (tick, monotonic_ns())))
+    }
+
+    /// Reads what others sent for `tick`, apart from the message that opened it.
+    fn read_inputs(&mut self, tick: i64) -> io::Result<()> {
+        // As in the swarm, an agent reads what the others sent in the tick before.
+        if let Self::MeshAgent { leader, neighbours, .. } = self
+            && tick > FIRST
+        {
+            leader.receive(tick - 1)?;
+            neighbours.receive(tick - 1)?;
+        }
+        Ok(())
     }
 
     fn answer(&mut self, tick: i64) -> io::Result<()> {
@@ -161,9 +208,15 @@ impl ToHub {
                 *seen += 1;
                 words.pass(*seen);
             }
-            Self::Connection { connection, answer, .. } => {
-                put_tick(answer, tick);
-                connection.send(answer)?;
+            Self::Hub(world) => world.send(tick)?,
+            // The world comes last: once it has all answers, all inputs of the next tick are on their way, too.
+            Self::MeshAgent { world, neighbours, .. } => {
+                neighbours.send(tick)?;
+                world.send(tick)?;
+            }
+            Self::MeshLeader { world, agents } => {
+                agents.send(tick)?;
+                world.send(tick)?;
             }
         }
         Ok(())
@@ -174,6 +227,6 @@ impl ToHub {
 fn introduced_udp(args: &PeerArgs) -> io::Result<UdpSocket> {
     let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0))?;
     socket.connect((Ipv4Addr::LOCALHOST, args.port))?;
-    socket.send(&args.member.to_le_bytes())?;
+    socket.send(&[0; 4])?;
     Ok(socket)
 }

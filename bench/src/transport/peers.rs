@@ -2,13 +2,18 @@
 //!
 //! Must never take part in a tick.
 
-use super::connection::PeerConnection;
+use super::{
+    connection::PeerConnection,
+    mesh::{Mesh, send_ends},
+    peer::part,
+};
 use crate::{
-    case::{Carrier, Case},
+    case::{Carrier, Case, Topology},
     error::BenchError,
 };
 use ringwing_bus::{Domain, Gate, Placement};
-use ringwing_flight::{Part, UavId};
+use ringwing_flight::Part;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::{
     io,
     net::{Ipv4Addr, TcpListener, UdpSocket},
@@ -27,43 +32,73 @@ const POLL_PERIOD: Duration = Duration::from_millis(1);
 
 /// The peers' processes, and the hub's ends of their connections until [`Peers::connections`] takes them.
 pub(super) struct Peers {
-    children: Vec<Child>,
+    children: Vec<(Part, Child)>,
+    mesh: Option<Mesh>,
     unix_sockets: Vec<OwnedFd>,
     listener: Option<TcpListener>,
     udp_sockets: Vec<UdpSocket>,
 }
 
 impl Peers {
-    /// Starts a peer for each UAV of `case`; each writes its timestamps into `folder`.
+    /// Starts a peer for each UAV of `case`, and one for the leader of a mesh; each writes its timestamps into `folder`.
     pub(super) fn start(
         case: &Case,
         domain: &Domain,
         folder: &Path,
         placement: Placement,
     ) -> Result<Self, BenchError> {
-        let mut peers = Self {
-            children: Vec::new(),
-            unix_sockets: Vec::new(),
-            listener: listener(case).map_err(BenchError::system("no port can be opened"))?,
-            udp_sockets: Vec::new(),
-        };
-        for member in 0..case.uavs {
+        raise_open_files_limit().map_err(BenchError::system("the limit of open files cannot be raised"))?;
+        let mut peers =
+            Self::prepare_all(case).map_err(BenchError::system("the transport cannot be opened"))?;
+        let leader = peers.mesh.is_some().then_some(None);
+        for member in (0..case.uavs).map(Some).chain(leader) {
             let mut command = Command::new("/proc/self/exe");
             command.arg("bench-peer").args(["--case", &case.to_string()]);
-            command.args(["--member", &member.to_string(), "--domain", &domain.id().to_string()]);
+            command.args(member.iter().flat_map(|member| ["--member".into(), member.to_string()]));
+            command.args(["--domain", &domain.id().to_string()]);
             command.args(["--launcher", &std::process::id().to_string(), "--into"]).arg(folder);
             peers
-                .prepare(case.carrier, &mut command)
-                .map_err(BenchError::system("a peer cannot be connected"))?;
-            // The hub itself has place 0.
-            let child = placement.start(member as usize + 1, || command.spawn());
-            peers.children.push(child.map_err(BenchError::system("a peer cannot be started"))?);
+                .start_one(case, command, member, placement)
+                .map_err(BenchError::system("a peer cannot be started"))?;
         }
         Ok(peers)
     }
 
+    /// Creates what all peers share before the first one starts.
+    fn prepare_all(case: &Case) -> io::Result<Self> {
+        Ok(Self {
+            children: Vec::new(),
+            mesh: (case.topology == Topology::Mesh).then(|| Mesh::connect(case)).transpose()?,
+            unix_sockets: Vec::new(),
+            listener: listener(case)?,
+            udp_sockets: Vec::new(),
+        })
+    }
+
+    /// Starts the peer number `member`, and hands its end of the transport over.
+    fn start_one(
+        &mut self,
+        case: &Case,
+        mut command: Command,
+        member: Option<u32>,
+        placement: Placement,
+    ) -> io::Result<()> {
+        // The hub itself has place 0, and a leader the last one.
+        let place = member.unwrap_or(case.uavs) as usize + 1;
+        let part = part(member);
+        if let Some(mesh) = &mut self.mesh {
+            let (ours, theirs) = UnixDatagram::pair()?;
+            command.stdin(OwnedFd::from(theirs)).stdout(Stdio::null());
+            self.children.push((part, placement.start(place, || command.spawn())?));
+            return send_ends(&ours, mesh.take(part));
+        }
+        self.prepare(&case.carrier, &mut command)?;
+        self.children.push((part, placement.start(place, || command.spawn())?));
+        Ok(())
+    }
+
     /// Creates the hub's end of a peer's connection, and lets the peer inherit or find its own.
-    fn prepare(&mut self, carrier: Carrier, command: &mut Command) -> io::Result<()> {
+    fn prepare(&mut self, carrier: &Carrier, command: &mut Command) -> io::Result<()> {
         command.stdin(Stdio::null()).stdout(Stdio::null());
         match carrier {
             Carrier::Pipe | Carrier::PipePolled => {
@@ -83,7 +118,7 @@ impl Peers {
                 let listener = self.listener.as_ref().ok_or_else(no_listener)?;
                 command.args(["--port", &listener.local_addr()?.port().to_string()]);
             }
-            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex => {}
+            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex | Carrier::Peer(_) => {}
         }
         Ok(())
     }
@@ -94,6 +129,11 @@ impl Peers {
     }
 
     fn connect(&mut self, case: &Case) -> io::Result<Vec<PeerConnection>> {
+        if let Some(mesh) = self.mesh.take() {
+            let ends = mesh.world.into_iter();
+            let connections = ends.map(|end| PeerConnection::from_end(&case.carrier, end));
+            return connections.map(with_timeout).collect();
+        }
         let connections: Vec<PeerConnection> = match case.carrier {
             Carrier::Pipe | Carrier::PipePolled => self.pipes(case.carrier == Carrier::PipePolled)?,
             Carrier::UnixDatagram => self
@@ -103,10 +143,11 @@ impl Peers {
                 .collect(),
             Carrier::Udp => self.udp_sockets.drain(..).map(introduced_udp).collect::<io::Result<_>>()?,
             Carrier::Tcp => self.accepted(case.uavs)?,
-            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex => Vec::new(),
+            Carrier::Swarm | Carrier::Gate | Carrier::Atomic | Carrier::Futex | Carrier::Peer(_) => {
+                Vec::new()
+            }
         };
-        connections.iter().try_for_each(|connection| connection.set_timeout(PEER_TIMEOUT))?;
-        Ok(connections)
+        connections.into_iter().map(|connection| with_timeout(Ok(connection))).collect()
     }
 
     fn pipes(&mut self, polled: bool) -> io::Result<Vec<PeerConnection>> {
@@ -116,7 +157,7 @@ impl Peers {
             let back = child.stdout.take().ok_or_else(no_pipe)?;
             if polled { PeerConnection::polled(out, back) } else { Ok(PeerConnection::pipe(out, back)) }
         };
-        self.children.iter_mut().map(pipe).collect()
+        self.children.iter_mut().map(|(_, child)| pipe(child)).collect()
     }
 
     /// Accepts all peers, which connect before they report ready.
@@ -128,8 +169,8 @@ impl Peers {
     /// Waits until every peer has reported ready at the gate.
     pub(super) fn wait_until_ready(&mut self, gate: &Gate) -> Result<(), BenchError> {
         let since = Instant::now();
-        for (uav, child) in (1..).map(UavId).zip(&mut self.children) {
-            while gate.ready_process(Part::Agent(uav)).is_none() {
+        for (part, child) in &mut self.children {
+            while gate.ready_process(*part).is_none() {
                 if let Some(status) = child.try_wait().map_err(BenchError::system("a peer is lost"))? {
                     return Err(BenchError::case(format!("a peer ended before it was ready: {status}")));
                 }
@@ -145,7 +186,7 @@ impl Peers {
     /// Waits until all peers have written their timestamps and ended.
     pub(super) fn wait_until_ended(mut self) -> Result<(), BenchError> {
         let since = Instant::now();
-        for child in &mut self.children {
+        for (_, child) in &mut self.children {
             let status = loop {
                 if let Some(status) = child.try_wait().map_err(BenchError::system("a peer is lost"))? {
                     break status;
@@ -161,6 +202,19 @@ impl Peers {
         }
         Ok(())
     }
+}
+
+/// Raises the limit of open files as far as this user may: while it connects a mesh, the hub has twelve for each agent.
+fn raise_open_files_limit() -> io::Result<()> {
+    let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
+    Ok(setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum })?)
+}
+
+/// Limits every wait of the hub for a peer.
+fn with_timeout(connection: io::Result<PeerConnection>) -> io::Result<PeerConnection> {
+    let connection = connection?;
+    connection.set_timeout(PEER_TIMEOUT)?;
+    Ok(connection)
 }
 
 /// The port that peers of a TCP case connect to.
