@@ -52,7 +52,7 @@ pub use member::{Member, MemberArgs};
 pub use node::create_node;
 pub use placement::{Placement, PlacementError};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
-pub use process::{close_files_on_spawn, die_with, is_running};
+pub use process::{close_files_on_spawn, die_with, is_running, raise_open_files_limit};
 pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
 pub use stop::StopFlag;

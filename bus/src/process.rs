@@ -51,7 +51,7 @@ pub(crate) fn set_process_name(name: &str) {
 }
 
 /// Raises the limit of open files as far as this user may: each connection to another process takes some.
-pub(crate) fn raise_open_files_limit() -> Result<(), BusError> {
+pub fn raise_open_files_limit() -> Result<(), BusError> {
     let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
     setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum })
         .map_err(BusError::system("cannot raise the limit of open files"))

@@ -11,9 +11,8 @@ use crate::{
     case::{Carrier, Case, Topology},
     error::BenchError,
 };
-use ringwing_bus::{Domain, Gate, Placement};
+use ringwing_bus::{Domain, Gate, Placement, raise_open_files_limit};
 use ringwing_flight::Part;
-use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use std::{
     io,
     net::{Ipv4Addr, TcpListener, UdpSocket},
@@ -47,7 +46,7 @@ impl Peers {
         folder: &Path,
         placement: Placement,
     ) -> Result<Self, BenchError> {
-        raise_open_files_limit().map_err(BenchError::system("the limit of open files cannot be raised"))?;
+        raise_open_files_limit()?;
         let mut peers =
             Self::prepare_all(case).map_err(BenchError::system("the transport cannot be opened"))?;
         let leader = peers.mesh.is_some().then_some(None);
@@ -202,12 +201,6 @@ impl Peers {
         }
         Ok(())
     }
-}
-
-/// Raises the limit of open files as far as this user may: while it connects a mesh, the hub has twelve for each agent.
-fn raise_open_files_limit() -> io::Result<()> {
-    let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
-    Ok(setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum })?)
 }
 
 /// Limits every wait of the hub for a peer.
