@@ -203,10 +203,10 @@ fn a_folder_that_cannot_be_written_is_reported_with_a_remedy() {
 #[test]
 fn a_full_disk_ends_the_log_but_not_the_flight() {
     let out = tempfile::tempdir().unwrap();
-    // The file size limit of 6 MB is enough for shared memory and too small for this log. The script ignores the signal
+    // The file size limit of 11 MB is enough for shared memory and too small for this log. The script ignores the signal
     // that would kill the writer, so the write fails as it does on a full disk.
     let script = format!(
-        "trap '' XFSZ; ulimit -f 6000; exec {} run paper-4.2 --duration 200 --out {}",
+        "trap '' XFSZ; ulimit -f 11000; exec {} run paper-4.2 --duration 400 --out {}",
         env!("CARGO_BIN_EXE_ringwing"),
         out.path().display()
     );
@@ -215,7 +215,7 @@ fn a_full_disk_ends_the_log_but_not_the_flight() {
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.contains("run.mcap"), "{stderr}");
-    assert!(table.contains("the log is incomplete") && table.contains("200.0 s in"), "{table}");
+    assert!(table.contains("the log is incomplete") && table.contains("400.0 s in"), "{table}");
     let folder = std::fs::read_dir(out.path()).unwrap().next().unwrap().unwrap().path();
     assert!(crate::harness::log::Log::read(&folder.join("run.mcap")).states(1).len() > 1000);
 }

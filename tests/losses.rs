@@ -167,7 +167,8 @@ fn the_loss_of_a_leader_ends_the_run_when_no_replacements_are_left() {
         run.assert_ended_with(1);
         assert_eq!(run.summary["failures"][0], "the leader was killed by signal 9, after 0 replacements");
         assert_eq!(run.summary["failures"].as_array().unwrap().len(), 1, "{:#}", run.summary);
-        assert!(run.log().states(1).len() > 100);
+        // The ticks of the last moments may be missing: nobody waits for the recorder in a run that has failed.
+        assert!(run.log().states(1).len() > 90);
     }
 }
 

@@ -24,8 +24,12 @@ impl Answerer {
     }
 
     /// Waits for the next tick; `None` when the flight is over or the process is asked to stop.
-    pub fn next_tick(&mut self) -> Result<Option<Tick>, BusError> {
-        match self.waker.wait_for_tick(&self.gate, self.last, &self.stop)? {
+    ///
+    /// In real time a process stands by, awake, shortly before a tick is due. Then it has time to `rehearse` the tick, given
+    /// the last one: whatever that touches is in the caches when the tick opens.
+    pub fn next_tick(&mut self, mut rehearse: impl FnMut(Tick)) -> Result<Option<Tick>, BusError> {
+        let rehearse_next = || self.last.into_iter().for_each(&mut rehearse);
+        match self.waker.wait_for_tick(&self.gate, self.last, &self.stop, rehearse_next)? {
             Wait::Tick(tick) => Ok(Some(tick)),
             Wait::Closed | Wait::Stopped => Ok(None),
         }

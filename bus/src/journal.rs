@@ -7,9 +7,8 @@
 
 use crate::{
     BusError,
-    channel::{count_failure, may_open_later},
+    channel::{SENDERS, count_failure, may_open_later},
     retry::retry,
-    services::{SENDERS, SPARE_READERS},
     wire::Wire,
 };
 use iceoryx2::{
@@ -28,8 +27,9 @@ pub(crate) type Factory = PortFactory<ipc::Service, [Wire<JournalEntry>], Wire<J
 
 /// The name of the service.
 const NAME: &str = "journal";
-/// Recorders that may subscribe at once: one, and its successor.
-const RECORDERS: usize = 2;
+/// Readers that may subscribe at once: a recorder, its successor, and a person who looks into a live run. Each place
+/// makes the journal's segment in shared memory larger, though its memory is used only as far as the reader lags.
+const READERS: usize = 3;
 /// Ticks that the recorder may lag behind. More cost memory while it lags; fewer lose ticks in real time when it waits
 /// for the disk.
 const DEPTH_MAX: usize = 1024;
@@ -45,13 +45,12 @@ pub fn depth(uavs: u32) -> usize {
 
 /// Creates the journal of a swarm of `uavs`.
 pub(crate) fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Factory, BusError> {
-    let readers = RECORDERS + SPARE_READERS;
     node.service_builder(&name()?)
         .publish_subscribe::<[Wire<JournalEntry>]>()
         .user_header::<Wire<JournalHeader>>()
         .max_publishers(SENDERS)
-        .max_subscribers(readers)
-        .max_nodes(readers + SENDERS)
+        .max_subscribers(READERS)
+        .max_nodes(READERS + SENDERS)
         .subscriber_max_buffer_size(depth(uavs))
         .history_size(0)
         .enable_safe_overflow(true)

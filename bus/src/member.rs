@@ -45,6 +45,8 @@ impl Member {
         let domain = Domain::join(&args.domain)?;
         let scenario = Scenario::resolved(&domain.scenario_text()?)?;
         let gate = domain.gate()?;
+        // Before any port is opened: the process that has the part already has the ports as well.
+        check_vacant(&domain, &gate, part)?;
         let node = create_node(&domain, &part.node_name())?;
         let stop = StopFlag::on_signals()?;
         if args.launcher.is_none() {
@@ -89,14 +91,18 @@ impl Member {
     /// Fails if another process that still runs is ready as the same part.
     pub fn announce_ready(&self) -> Result<Gate, BusError> {
         let mut gate = self.gate.clone();
-        if let Some(other) = gate.ready_process(self.part).filter(|pid| is_running(*pid)) {
-            let problem = format!("process {other} already is the {} of this run", self.part);
-            return Err(BusError::Domain { id: self.domain.id().to_string(), problem });
-        }
+        check_vacant(&self.domain, &gate, self.part)?;
         gate.note_missed(self.part);
         gate.set_ready_process(self.part, Some(std::process::id()));
         Ok(gate)
     }
+}
+
+/// Fails if another process that still runs is ready as `part`.
+fn check_vacant(domain: &Domain, gate: &Gate, part: Part) -> Result<(), BusError> {
+    let Some(other) = gate.ready_process(part).filter(|pid| is_running(*pid)) else { return Ok(()) };
+    let problem = format!("process {other} already is the {part} of this run");
+    Err(BusError::Domain { id: domain.id().to_string(), problem })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 use crate::{
     BusError, Gate, ballast,
     blackboard::{Board, BoardFactory, kept_at},
-    channel::{Channel, Factory},
+    channel::{Channel, Factory, SENDERS, SPARE_READERS},
     journal, waker,
 };
 use iceoryx2::{node::Node, prelude::ipc};
@@ -26,14 +26,8 @@ pub const TICK_DEPTH: usize = 4;
 /// to one. With fewer places they wait for each other and scheduling decides who listens, so that a flight in lockstep
 /// is not repeatable; more cost memory.
 const STATE_READERS: usize = 40;
-/// Publishers per service: one sender, and dead ones that are not cleaned up yet. With fewer, a sender that is killed
-/// repeatedly cannot restart at once.
-pub(crate) const SENDERS: usize = 3;
-/// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run. With
-/// fewer, they wait for a place.
-pub(crate) const SPARE_READERS: usize = 3;
-/// The same for a board, whose readers cost their sender nothing: room for several generations of readers that were
-/// killed and are not cleaned up yet.
+/// Readers of a board beyond those that the swarm needs: room for several generations of readers that were killed and are
+/// not cleaned up yet. They cost the sender nothing, unlike the readers of a channel.
 const SPARE_BOARD_READERS: usize = 8;
 /// Where the keys of accounts begin on the board that they share with commands. Any number that is larger than the
 /// count of kept ticks will do.

@@ -103,15 +103,17 @@ impl Waker {
         }
     }
 
-    /// Answering process: waits until a tick other than `seen` is open, the flight is over, or `stop` is set.
+    /// Answering process: waits until a tick other than `seen` is open, the flight is over, or `stop` is set. Calls
+    /// `rehearse` when it begins to stand by for a tick that is due.
     pub(crate) fn wait_for_tick(
         &mut self,
         gate: &Gate,
         seen: Option<Tick>,
         stop: &StopFlag,
+        rehearse: impl FnMut(),
     ) -> Result<Wait, BusError> {
         match self {
-            Self::Gate(strategy) => Ok(gate.wait(seen, strategy, stop)),
+            Self::Gate(strategy) => Ok(gate.wait(seen, strategy, stop, rehearse)),
             Self::Events(ports) => loop {
                 if let Some(wait) = gate.news(seen, stop) {
                     return Ok(wait);

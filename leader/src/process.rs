@@ -19,7 +19,7 @@ pub fn run(args: &LeaderArgs) -> Result<(), BusError> {
     let member = Member::join(&args.member, Part::Leader)?;
     let leader = Leader::open(&member)?;
     let mut answerer = Answerer::join(&member)?;
-    while let Some(tick) = answerer.next_tick()? {
+    while let Some(tick) = answerer.next_tick(|_| ())? {
         let woke_ns = monotonic_ns();
         leader.post(tick, woke_ns);
         answerer.answer(tick)?;

@@ -9,7 +9,7 @@ use crate::UavAgent;
 use fault_watch::FaultWatch;
 use ports::AgentPorts;
 use ringwing_bus::{Answerer, BusError, Member, MemberArgs, monotonic_ns};
-use ringwing_flight::{Part, UavId};
+use ringwing_flight::{Part, Tick, UavId};
 use ringwing_scenario::Scenario;
 
 /// Which UAV to fly, in which run.
@@ -48,7 +48,7 @@ pub fn run(args: &AgentArgs) -> Result<(), AgentError> {
     let mut ports = AgentPorts::open(&member, uav, &agent)?;
     let mut faults = FaultWatch::new(&member, uav);
     let mut answerer = Answerer::join(&member)?;
-    while let Some(tick) = answerer.next_tick()? {
+    while let Some(tick) = answerer.next_tick(|last| ports.rehearse(&agent, Tick(last.0 + 1)))? {
         let woke_ns = monotonic_ns();
         if let Some(changed) = faults.changed_link_faults(answerer.gate())? {
             agent.set_faults(&changed);

@@ -11,7 +11,7 @@ use ringwing_bus::{
     Ballast, BoardReader, BoardWriter, BusError, Gate, Member, Publisher, Stamps, monotonic_ns, services,
 };
 use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
-use std::ops::RangeInclusive;
+use std::{hint::black_box, ops::RangeInclusive};
 
 /// An agent's ends of the services.
 pub(super) struct AgentPorts<'m> {
@@ -67,6 +67,18 @@ impl<'m> AgentPorts<'m> {
             ballast.receive()?;
         }
         Ok(())
+    }
+
+    /// Flies `next` with a copy of `agent` and what is there of its inputs, and forgets the outcome. After a wait the
+    /// caches are cold: then a first read takes ten times as long, and the law too.
+    pub(super) fn rehearse(&mut self, agent: &UavAgent, next: Tick) {
+        if std::env::var_os("RINGWING_NO_REHEARSAL").is_some() {
+            return;
+        }
+        let mut rehearsal = agent.clone();
+        // An input that cannot be read is an error in the tick itself, and reported there.
+        let _ = rehearsal.receive(next, &mut self.inputs);
+        black_box(rehearsal.fly(next));
     }
 
     /// Opens and closes inputs, so that exactly the UAVs that `agent` now listens to are open.

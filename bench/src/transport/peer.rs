@@ -166,7 +166,7 @@ impl ToHub {
     /// Waits for the next tick; returns it with the time at which it was seen, or `None` at the end of the run.
     fn next_tick(&mut self, stop: &StopFlag) -> io::Result<Option<(i64, u64)>> {
         let tick = match self {
-            Self::Gate { gate, strategy, seen, .. } => match gate.wait(*seen, strategy, stop) {
+            Self::Gate { gate, strategy, seen, .. } => match gate.wait(*seen, strategy, stop, || ()) {
                 Wait::Tick(tick) => {
                     *seen = Some(tick);
                     Some(tick.0)

@@ -25,27 +25,41 @@ pub enum Wait {
 }
 
 impl Gate {
-    /// Waits until a tick other than `seen` is open, the flight is over, or `stop` is set.
-    pub fn wait(&self, seen: Option<Tick>, strategy: &mut WaitStrategy, stop: &StopFlag) -> Wait {
+    /// Waits until a tick other than `seen` is open, the flight is over, or `stop` is set. Calls `rehearse` when it begins
+    /// to stand by for a tick that is due.
+    pub fn wait(
+        &self,
+        seen: Option<Tick>,
+        strategy: &mut WaitStrategy,
+        stop: &StopFlag,
+        rehearse: impl FnMut(),
+    ) -> Wait {
         let old = seen.map_or(0, round_of);
         let is_over = || self.page[ROUND].load(SeqCst) != old || stop.is_set();
         while strategy.never_sleeps() && !is_over() {
             strategy.yield_until(is_over);
         }
         if !strategy.yield_until(is_over) {
-            self.sleep_until(old, strategy, is_over);
+            self.sleep_until(old, strategy, is_over, rehearse);
         }
         self.current(stop)
     }
 
     /// Sleeps until `is_over`, but stands by, awake, around the time when the next tick is due.
-    fn sleep_until(&self, old: u32, strategy: &mut WaitStrategy, is_over: impl Fn() -> bool + Copy) {
+    fn sleep_until(
+        &self,
+        old: u32,
+        strategy: &mut WaitStrategy,
+        is_over: impl Fn() -> bool + Copy,
+        mut rehearse: impl FnMut(),
+    ) {
         // Count this sleeper before the first look: a tick that opens in between then wakes it.
         self.page[SLEEPERS].fetch_add(1, SeqCst);
         let mut due = strategy.stands_by_for(self.due());
         while !is_over() {
             let nap = due.until_stand_by(monotonic_ns());
             if nap.is_zero() {
+                rehearse();
                 strategy.stand_by(due, is_over);
                 due = Due::default();
             } else {

@@ -27,7 +27,7 @@ fn four_threads_step_through_a_thousand_ticks_together() {
             thread::spawn(move || {
                 let (mut strategy, stop, mut seen) =
                     (WaitStrategy::yielding(5), StopFlag::default(), Vec::new());
-                while let Wait::Tick(tick) = gate.wait(seen.last().copied(), &mut strategy, &stop) {
+                while let Wait::Tick(tick) = gate.wait(seen.last().copied(), &mut strategy, &stop, || ()) {
                     seen.push(tick);
                     gate.answer(Part::Agent(uav), tick);
                 }
@@ -63,7 +63,7 @@ fn a_tick_ends_the_wait_before_during_and_after_the_time_to_stand_by_for_it() {
                 gate.open_tick(Tick(round), 1);
             });
             let seen = (round > 0).then(|| Tick(round - 1));
-            assert_eq!(gate.wait(seen, &mut strategy, &stop), Wait::Tick(Tick(round)));
+            assert_eq!(gate.wait(seen, &mut strategy, &stop, || ()), Wait::Tick(Tick(round)));
         });
     }
 }
