@@ -11,26 +11,69 @@ use std::{
     sync::atomic::{AtomicI64, AtomicU32},
 };
 
-/// One cache line: a [`Word`] and a [`Number`], of which a page's layout usually names one.
+/// How many [`Word`]s a line has.
+const WORDS: usize = 4;
+/// How many [`Number`]s a line has.
+const NUMBERS: usize = 6;
+
+/// One cache line of values.
 ///
-/// Values that different processes write must be on different lines. On a shared line, each write to one value takes
-/// the line away from the readers of the other.
+/// Values that the same process reads together should share a line: each further line costs a reader another cache miss.
+/// Values that different processes write often must not: each write takes the line away from everybody else.
 #[repr(C, align(64))]
 struct Line {
-    word: AtomicU32,
-    number: AtomicI64,
+    words: [AtomicU32; WORDS],
+    numbers: [AtomicI64; NUMBERS],
 }
 
 // Processes of different builds must not read different layouts out of one file.
 const _: () = assert!(size_of::<Line>() == 64);
 
-/// Names the 32-bit value on a line of a page, counted from 0: the size that a futex needs.
+/// Names a 32-bit value on a page: the size that a futex needs.
 #[derive(Debug, Clone, Copy)]
-pub struct Word(pub usize);
+pub struct Word {
+    line: usize,
+    place: usize,
+}
 
-/// Names the 64-bit value on a line of a page, counted from 0.
+/// Names a 64-bit value on a page.
 #[derive(Debug, Clone, Copy)]
-pub struct Number(pub usize);
+pub struct Number {
+    line: usize,
+    place: usize,
+}
+
+impl Word {
+    /// The first one on the line `line`, counted from 0.
+    pub const fn on(line: usize) -> Self {
+        Self { line, place: 0 }
+    }
+
+    /// The one on the same line at `place`, counted from 0.
+    ///
+    /// # Panics
+    /// If a line has no such place.
+    pub const fn beside(self, place: usize) -> Self {
+        assert!(place < WORDS, "a line has no such word");
+        Self { line: self.line, place }
+    }
+}
+
+impl Number {
+    /// The first one on the line `line`, counted from 0.
+    pub const fn on(line: usize) -> Self {
+        Self { line, place: 0 }
+    }
+
+    /// The one on the same line at `place`, counted from 0.
+    ///
+    /// # Panics
+    /// If a line has no such place.
+    pub const fn beside(self, place: usize) -> Self {
+        assert!(place < NUMBERS, "a line has no such number");
+        Self { line: self.line, place }
+    }
+}
 
 /// Lines of shared atomics as one process maps them. All values are 0 until somebody writes them.
 ///
@@ -76,16 +119,16 @@ impl Page {
 impl Index<Word> for Page {
     type Output = AtomicU32;
 
-    fn index(&self, Word(line): Word) -> &AtomicU32 {
-        &self.lines()[line].word
+    fn index(&self, Word { line, place }: Word) -> &AtomicU32 {
+        &self.lines()[line].words[place]
     }
 }
 
 impl Index<Number> for Page {
     type Output = AtomicI64;
 
-    fn index(&self, Number(line): Number) -> &AtomicI64 {
-        &self.lines()[line].number
+    fn index(&self, Number { line, place }: Number) -> &AtomicI64 {
+        &self.lines()[line].numbers[place]
     }
 }
 
@@ -99,11 +142,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("page");
         let one = Page::create(&path, 3).unwrap();
-        one[Word(2)].store(7, SeqCst);
-        one[Number(2)].store(-1, SeqCst);
+        one[Word::on(2)].store(7, SeqCst);
+        one[Number::on(2)].store(-1, SeqCst);
+        one[Word::on(2).beside(1)].store(8, SeqCst);
+        one[Number::on(2).beside(5)].store(9, SeqCst);
         for other in [Page::open(&path, 3).unwrap(), Page::create(&path, 3).unwrap()] {
-            assert_eq!((other[Word(2)].load(SeqCst), other[Number(2)].load(SeqCst)), (7, -1));
-            assert_eq!((other[Word(1)].load(SeqCst), other[Number(1)].load(SeqCst)), (0, 0));
+            assert_eq!((other[Word::on(2)].load(SeqCst), other[Number::on(2)].load(SeqCst)), (7, -1));
+            assert_eq!(
+                (other[Word::on(2).beside(1)].load(SeqCst), other[Number::on(2).beside(5)].load(SeqCst)),
+                (8, 9)
+            );
+            assert_eq!((other[Word::on(1)].load(SeqCst), other[Number::on(1)].load(SeqCst)), (0, 0));
         }
     }
 

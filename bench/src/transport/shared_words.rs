@@ -16,9 +16,9 @@ use std::{
 };
 
 /// The round. Where two processes take turns, odd numbers are the peer's turn.
-const ROUND: Word = Word(0);
+const ROUND: Word = Word::on(0);
 /// Number of peers that have answered the round.
-const DONE: Word = Word(1);
+const DONE: Word = Word::on(1);
 const LINES: usize = 2;
 /// The round number that ends the run.
 const END: u32 = u32::MAX;

@@ -49,9 +49,10 @@ impl Domain {
     }
 }
 
-/// The process that created `node`: iceoryx2 keeps its id in the lowest 32 bits.
+/// The process that created `node`. iceoryx2 makes the number of four fields of 32 bits, lowest first: seconds, nanoseconds,
+/// process, counter.
 fn process_of(node: u128) -> u32 {
-    node as u32
+    (node >> 64) as u32
 }
 
 /// Whether `node` has used a service. Then iceoryx2 needs its files to free its places in that service.
@@ -77,7 +78,7 @@ mod tests {
         let living = names();
         assert!(!living.is_empty());
         // No process has this id: the largest one on Linux is 2^22.
-        let [unfinished, busy] = [1_u128, 2].map(|time| (time << 64) | u128::from(u32::MAX));
+        let [unfinished, busy] = [1_u128, 2].map(|time| (u128::from(u32::MAX) << 64) | time);
         let prefix = domain.id().segment_prefix();
         for node in [unfinished, busy] {
             fs::write(folder.join(format!("{prefix}{node}.node_monitor")), "").unwrap();

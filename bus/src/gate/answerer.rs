@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Due, StopFlag, WaitStrategy, futex, monotonic_ns};
 use ringwing_flight::{Part, Tick};
-use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::Ordering::{Relaxed, SeqCst};
 
 /// Why a wait at the gate ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +91,8 @@ impl Gate {
 
     /// Answers `tick` as `part`. Everything that this process sends for it must be published before.
     pub fn answer(&self, part: Part, tick: Tick) {
-        self.page[answered(part)].store(tick.0, SeqCst);
+        // The next line orders this store, too.
+        self.page[answered(part)].store(tick.0, Relaxed);
         let answers = self.page[ANSWERS].fetch_add(1, SeqCst) + 1;
         // Only the last answer wakes the world, and only if it sleeps.
         if answers >= self.page[EXPECTED].load(SeqCst) && self.page[WORLD_SLEEPS].load(SeqCst) != 0 {

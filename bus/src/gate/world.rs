@@ -11,7 +11,10 @@ use super::{
 };
 use crate::{Due, WaitStrategy, futex};
 use ringwing_flight::Tick;
-use std::{sync::atomic::Ordering::SeqCst, time::Duration};
+use std::{
+    sync::atomic::Ordering::{Relaxed, SeqCst},
+    time::Duration,
+};
 
 /// How many ticks the recorder reads at once in lockstep. More make the log lag further behind and let more be lost
 /// with a recorder that dies; fewer wake it, and slow the swarm down, more often.
@@ -22,8 +25,9 @@ impl Gate {
     ///
     /// Does nothing at a closed gate: the flight is over, whoever ended it.
     pub fn open_tick(&self, tick: Tick, expected: u32) {
-        self.page[EXPECTED].store(expected, SeqCst);
-        self.page[ANSWERS].store(0, SeqCst);
+        // Opening the round orders these two stores: whoever sees the round sees them.
+        self.page[EXPECTED].store(expected, Relaxed);
+        self.page[ANSWERS].store(0, Relaxed);
         let open = |round| (round != CLOSED).then_some(round_of(tick));
         if self.page[ROUND].fetch_update(SeqCst, SeqCst, open).is_err() {
             return;
@@ -37,16 +41,17 @@ impl Gate {
         }
     }
 
-    /// Says whether the next tick goes into the journal. To be called before the tick opens: all agents must see the
-    /// same answer, or the log would lack some of their accounts.
+    /// Says whether the next tick goes into the journal. To be called before the tick opens, which orders the store: all
+    /// agents must see the same answer, or the log would lack some of their accounts.
     pub fn set_records(&self, records: bool) {
-        self.page[RECORDS].store(u32::from(records), SeqCst);
+        self.page[RECORDS].store(u32::from(records), Relaxed);
     }
 
     /// Tells waiting processes when the next tick is due, so that they can be awake by then.
     pub fn set_due(&self, due: Due) {
-        self.page[DUE_AT_NS].store(due.at_ns.cast_signed(), SeqCst);
-        self.page[DUE_LEAD_NS].store(due.lead_ns.cast_signed(), SeqCst);
+        // Opening the next tick orders these stores.
+        self.page[DUE_AT_NS].store(due.at_ns.cast_signed(), Relaxed);
+        self.page[DUE_LEAD_NS].store(due.lead_ns.cast_signed(), Relaxed);
     }
 
     /// Waits until all expected answers have come, at most for `limit`, or until somebody nudges the world.
