@@ -35,8 +35,8 @@ const KEPT_FOR_RECORDER_S: u32 = 1;
 pub(super) struct Janitor {
     sweeper: Worker,
     cleaner: Worker,
-    /// The last tick of a process whose planned end left remains.
-    ended_at: Option<Tick>,
+    /// The ticks of the first and the last planned end whose remains are still there.
+    ends: Option<(Tick, Tick)>,
     /// How many ticks later the remains are removed, whoever still needs them.
     kept_ticks: i64,
 }
@@ -91,7 +91,7 @@ impl Janitor {
         // A cleaner that sends nothing has panicked, and the run can do without one.
         is_open.recv().unwrap_or(Ok(()))?;
         let kept_ticks = i64::from(rate_hz * KEPT_FOR_RECORDER_S);
-        Ok(Self { sweeper, cleaner, ended_at: None, kept_ticks })
+        Ok(Self { sweeper, cleaner, ends: None, kept_ticks })
     }
 
     /// Removes the remains of dead processes, in the background.
@@ -102,15 +102,18 @@ impl Janitor {
 
     /// Removes the remains of dead processes later, once the recorder has read what was sent until `now`.
     pub(super) fn clean_later(&mut self, now: Option<Tick>) {
-        self.ended_at = now;
+        if let Some(now) = now {
+            let (first, _) = self.ends.unwrap_or((now, now));
+            self.ends = Some((first, now));
+        }
     }
 
     /// Does a delayed removal that is due at tick `now`, when the recorder has read the ticks up to `recorded`. Without a
     /// tick the flight is over, and nobody reads any more.
     pub(super) fn on_tick(&mut self, now: Option<Tick>, recorded: Tick) {
-        let Some(ended_at) = self.ended_at else { return };
-        if recorded >= ended_at || now.is_none_or(|now| now.since(ended_at) > self.kept_ticks) {
-            self.ended_at = None;
+        let Some((first, last)) = self.ends else { return };
+        if recorded >= last || now.is_none_or(|now| now.since(first) > self.kept_ticks) {
+            self.ends = None;
             self.clean();
         }
     }

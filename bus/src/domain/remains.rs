@@ -63,8 +63,9 @@ fn has_tags(folder: &Path, node: u128) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::process_of;
     use crate::{create_node, domain::DomainOwner};
-    use std::{collections::BTreeSet, fs};
+    use std::{collections::BTreeSet, ffi::OsString, fs};
 
     #[test]
     fn only_nodes_without_a_process_and_without_tags_are_removed() {
@@ -76,7 +77,10 @@ mod tests {
             fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect::<BTreeSet<_>>()
         };
         let living = names();
-        assert!(!living.is_empty());
+        let is_own = |name: &OsString| {
+            domain.node_in(&name.to_string_lossy()).map(process_of) == Some(std::process::id())
+        };
+        assert!(!living.is_empty() && living.iter().all(is_own), "{living:?}");
         // No process has this id: the largest one on Linux is 2^22.
         let [unfinished, busy] = [1_u128, 2].map(|time| (u128::from(u32::MAX) << 64) | time);
         let prefix = domain.id().segment_prefix();
@@ -86,6 +90,7 @@ mod tests {
         }
         fs::write(folder.join(busy.to_string()).join("x.service_tag"), "").unwrap();
         domain.remove_unfinished_nodes();
+        assert!(names().is_superset(&living), "{living:?}: this process lives");
         let left: Vec<_> =
             names().difference(&living).map(|name| name.to_string_lossy().into_owned()).collect();
         assert_eq!(left, [busy.to_string(), format!("{prefix}{busy}.node_monitor")]);
