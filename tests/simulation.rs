@@ -1,7 +1,7 @@
 //! The simulation and the processes fly the same: payload hash, every measure, the verdict, and what happened when.
 
 use crate::harness::{Finished, Swarm};
-use ringwing_flight::{Collider, Collision, Event, Part, ProcessAction, Reporter, TimedEvent};
+use ringwing_flight::{Collider, Collision, Event, Part, Reporter, TimedEvent};
 use ringwing_recorder::{log::reader::Reader, metrics::FlightSummary};
 use ringwing_scenario::{Scenario, Source, preset};
 use ringwing_simulation::{Flown, fly, random};
@@ -10,80 +10,36 @@ use std::env;
 
 /// By the wall clock, how long a run of these tests waits for an answer. A busy machine must not decide how it goes.
 const PATIENCE_S: f64 = 60.0;
-/// Measures that need nothing from agents and leader. The recorder fetches in batches: of a process that starts and ends
-/// between two fetches it gets nothing, and of one that ends it may miss the last samples. So the other measures of a
-/// random flight are compared only if every process lives from its beginning to its end.
-const MEASURES_OF_THE_WORLD: [&str; 12] = [
-    "closest_pair",
-    "closest_adjacent",
-    "closest_other",
-    "obstacles",
-    "speed_min_m_s",
-    "speed_max_m_s",
-    "turn_rate_max_rad_s",
-    "faults",
-    "ticks",
-    "ticks_lost",
-    "last_tick",
-    "neighbour_error_max_m",
-];
 /// Random scenarios of the usual test. Each takes a second or two with real processes.
 const RANDOM_FLIGHTS: u64 = 12;
 /// Random scenarios of the test for whoever has the time; the simulation's own tests fly the same ones.
 const ALL_RANDOM_FLIGHTS: u64 = 300;
 
-/// Which measures to compare.
-#[derive(Clone, Copy, PartialEq)]
-enum Measures {
-    All,
-    /// Those of [`MEASURES_OF_THE_WORLD`] only.
-    OfTheWorld,
-}
-
 /// Flies `scenario` by processes and in the simulation; returns what differs, one line each.
-fn differences(scenario: &Scenario, measures: impl Fn(&Flown) -> Measures) -> Vec<String> {
+fn differences(scenario: &Scenario) -> Vec<String> {
     let run = Swarm::fly_scenario(scenario).finish();
     run.assert_nothing_left();
     let flown = fly(scenario).expect("the simulation flies it");
     let mut differences = Vec::new();
     let (simulated, real) = (figures(scenario, &flown), &run.summary);
     for (key, value) in simulated.as_object().expect("an object") {
-        // A violated requirement may be about a measure that is not compared.
-        let is_compared =
-            measures(&flown) == Measures::All || !["verdict", "violations"].contains(&key.as_str());
-        differences.extend(difference(key, value, &real[key]).filter(|_| is_compared));
+        differences.extend(difference(key, value, &real[key]));
     }
-    differences.extend(flight_differences(&flown.summary, &real["flight"], measures(&flown)));
+    differences.extend(flight_differences(&flown.summary, &real["flight"]));
     differences.extend(event_difference(&flown.events, &logged_events(&run, scenario)));
     differences
 }
 
 /// What differs in the recorder's measures.
-fn flight_differences(simulated: &FlightSummary, real: &Value, measures: Measures) -> Vec<String> {
+fn flight_differences(simulated: &FlightSummary, real: &Value) -> Vec<String> {
     // The same type on both sides, so that its defaults and its numbers are read alike.
     let Ok(real) = serde_json::from_value::<FlightSummary>(real.clone()) else {
         return vec![format!("flight: measured in the simulation, flown {real}")];
     };
     let fields = |summary| serde_json::to_value(summary).expect("a summary is plain data");
     let (simulated, real) = (fields(simulated), fields(&real));
-    let is_compared = |key: &str| measures == Measures::All || MEASURES_OF_THE_WORLD.contains(&key);
-    let compared = simulated.as_object().expect("an object").iter().filter(|(key, _)| is_compared(key));
+    let compared = simulated.as_object().expect("an object").iter();
     compared.filter_map(|(key, value)| difference(&format!("flight.{key}"), value, &real[key])).collect()
-}
-
-/// All measures, unless a fault starts or ends an agent or the leader.
-fn measures_of_random_flight(flown: &Flown) -> Measures {
-    let starts_or_ends = |event: &Event| match event {
-        Event::ProcessFault { part: Part::Agent(_) | Part::Leader, action, .. } => {
-            !matches!(action, ProcessAction::Freeze | ProcessAction::Thaw)
-        }
-        _ => false,
-    };
-    if flown.events.iter().any(|timed| starts_or_ends(&timed.event)) {
-        Measures::OfTheWorld
-    } else {
-        Measures::All
-    }
 }
 
 fn difference(key: &str, simulated: &Value, real: &Value) -> Option<String> {
@@ -139,14 +95,14 @@ fn event_difference(simulated: &[TimedEvent], real: &[TimedEvent]) -> Option<Str
 }
 
 fn assert_same(name: &str, scenario: &Scenario) {
-    let differences = differences(scenario, |_| Measures::All);
+    let differences = differences(scenario);
     assert!(differences.is_empty(), "{name}:\n{}", differences.join("\n"));
 }
 
 fn assert_random_flights_are_the_same(seeds: impl Iterator<Item = u64>) {
     let mut wrong = Vec::new();
     for seed in seeds {
-        let differences = differences(&random::scenario(seed), measures_of_random_flight);
+        let differences = differences(&random::scenario(seed));
         if !differences.is_empty() {
             wrong.push(format!("seed {seed}:\n{}", differences.join("\n")));
         }
