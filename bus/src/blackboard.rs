@@ -7,7 +7,8 @@
 //! iceoryx2 never lets a second process write where a killed one was the writer. So every process that becomes a
 //! part of the run, every *incarnation* of the part, has a service of its own, such as `uav/3/state/2`. The launcher
 //! creates it and writes the number to the gate's page. A reader that does not find the value that it wants looks
-//! there, and moves on to the new service: nobody has to tell it.
+//! there, and moves on to the new service: nobody has to tell it. A new service begins with the values of the one before,
+//! so it does not matter when a reader moves on: what a lost sender has shown stays valid, and is seen by all or by none.
 //!
 //! Must never wait for a reader, and never decide which value a reader may use.
 
@@ -99,13 +100,15 @@ impl<T: Payload> Board<T> {
         self.first_key..self.first_key + self.kept
     }
 
-    /// Creates the board of the sender's `incarnation`.
+    /// Creates the board of the sender's `incarnation`, with the values on the board of its `predecessor`, if there is one.
     pub(crate) fn create(
         &self,
         node: &Node<ipc::Service>,
         incarnation: u32,
+        predecessor: Option<&BoardFactory>,
     ) -> Result<BoardFactory, BusError> {
-        self.create_from(self.add_entries(self.creator(node, incarnation)?))
+        let old = self.reader_of(predecessor)?;
+        self.create_from(self.add_entries(self.creator(node, incarnation)?, old.as_ref()))
     }
 
     /// Creates the board together with `other`, which has the same name and other keys.
@@ -114,8 +117,11 @@ impl<T: Payload> Board<T> {
         other: &Board<U>,
         node: &Node<ipc::Service>,
         incarnation: u32,
+        predecessor: Option<&BoardFactory>,
     ) -> Result<BoardFactory, BusError> {
-        self.create_from(other.add_entries(self.add_entries(self.creator(node, incarnation)?)))
+        let old = self.reader_of(predecessor)?;
+        let creator = self.add_entries(self.creator(node, incarnation)?, old.as_ref());
+        self.create_from(other.add_entries(creator, old.as_ref()))
     }
 
     fn creator(
@@ -128,9 +134,26 @@ impl<T: Payload> Board<T> {
         Ok(creator.max_readers(self.readers).max_nodes(self.readers + 2))
     }
 
-    fn add_entries(&self, creator: Creator<Key, ipc::Service>) -> Creator<Key, ipc::Service> {
+    fn reader_of(
+        &self,
+        factory: Option<&BoardFactory>,
+    ) -> Result<Option<Reader<ipc::Service, Key>>, BusError> {
+        let reader = factory.map(|factory| factory.reader_builder().create()).transpose();
+        reader.map_err(|error| self.error("no place to read the predecessor's values", error))
+    }
+
+    /// Adds the entries with the values that `old` reads, or empty.
+    fn add_entries(
+        &self,
+        creator: Creator<Key, ipc::Service>,
+        old: Option<&Reader<ipc::Service, Key>>,
+    ) -> Creator<Key, ipc::Service> {
         let empty = Posted { tick: NO_TICK, stamps: Stamps::default(), payload: T::zeroed() };
-        self.keys().fold(creator, |creator, key| creator.add(key, empty))
+        let inherited = |key| Some(old?.entry::<Posted<T>>(&key).ok()?.get());
+        self.keys().fold(creator, |creator, key| {
+            let value = inherited(key).map_or(empty, |value| *value);
+            creator.add(key, value)
+        })
     }
 
     fn create_from(&self, creator: Creator<Key, ipc::Service>) -> Result<BoardFactory, BusError> {
@@ -269,41 +292,42 @@ impl<T: Payload> BoardReader<T> {
         board.reader_at(&self.port, self.incarnation)
     }
 
-    /// Hands over what the sender has shown in `ticks` and the board still keeps, oldest first. Returns whether the
-    /// value of the last of them was there.
-    pub fn read(&self, ticks: RangeInclusive<Tick>, mut take: impl FnMut(&T, &Stamps)) -> bool {
-        let Tick(last) = *ticks.end();
-        let oldest_kept = last - self.entries.len() as i64 + 1;
-        let mut has_last = false;
-        for tick in ticks.start().0.max(oldest_kept)..=last {
+    /// Hands over what the sender has shown in `ticks` and the board still keeps, oldest first. Returns the tick of the
+    /// last value handed over.
+    pub fn read(&self, ticks: RangeInclusive<Tick>, mut take: impl FnMut(&T, &Stamps)) -> Option<Tick> {
+        let oldest_kept = ticks.end().0 - self.entries.len() as i64 + 1;
+        let mut newest = None;
+        for tick in ticks.start().0.max(oldest_kept)..=ticks.end().0 {
             let posted = self.entries[slot_of(Tick(tick), self.entries.len())].get();
             // Another tick in its place: the sender has skipped this one, or is far ahead.
             if posted.tick == tick {
                 take(&posted.payload, &posted.stamps);
-                has_last = tick == last;
+                newest = Some(Tick(tick));
             }
         }
-        has_last
+        newest
     }
 
     /// Like [`read`](Self::read). If the last value is not there, moves on to the board of the sender's newest
-    /// incarnation, if there is one, and reads that one as well.
-    ///
-    /// The old board comes first: what a lost sender has shown stays valid, and others have used it.
+    /// incarnation, if there is a newer one, and reads on there. Returns whether it has moved on.
     pub fn read_newest(
         &mut self,
         access: BoardAccess,
         ticks: RangeInclusive<Tick>,
         mut take: impl FnMut(&T, &Stamps),
-    ) -> Result<(), BusError> {
-        if !self.read(ticks.clone(), &mut take) && self.follow(access)? {
-            self.read(ticks, take);
+    ) -> Result<bool, BusError> {
+        let newest = self.read(ticks.clone(), &mut take);
+        let moves_on = newest != Some(*ticks.end()) && self.follow(access)?;
+        if moves_on {
+            // The new board has what was read before as well. Hand over only what comes after it.
+            let first = newest.map_or(*ticks.start(), |Tick(tick)| Tick(tick + 1));
+            self.read(first..=*ticks.end(), take);
         }
-        Ok(())
+        Ok(moves_on)
     }
 
     /// Moves on to the board of the sender's newest incarnation; returns whether there was a newer one.
-    pub fn follow(&mut self, access: BoardAccess) -> Result<bool, BusError> {
+    fn follow(&mut self, access: BoardAccess) -> Result<bool, BusError> {
         let is_outdated = access.gate.incarnation(self.board.sender) != self.incarnation;
         if is_outdated {
             *self = self.board.reader(access)?;

@@ -146,8 +146,8 @@ impl Services {
         Ok(services)
     }
 
-    /// Creates the boards of the next incarnation of `part`, announces it at the gate, and lets go of the boards
-    /// before. To be called when a process of that part has ended, before the next one starts.
+    /// Creates the boards of the next incarnation of `part`, with the values on the ones before, announces it at the gate,
+    /// and lets go of the boards before. To be called when a process of that part has ended, before the next one starts.
     ///
     /// The readers of the old boards keep them open until they have moved on.
     pub fn renew(&mut self, node: &Node<ipc::Service>, gate: &Gate, part: Part) -> Result<(), BusError> {
@@ -166,15 +166,19 @@ impl Services {
         incarnation: u32,
     ) -> Result<Vec<BoardFactory>, BusError> {
         let pace = self.pace;
+        let old = |index: usize| self.boards.get(&part)?.get(index);
         match part {
-            Part::World => {
-                UavId::all(self.uavs).map(|uav| sensed(uav, pace).create(node, incarnation)).collect()
+            Part::World => UavId::all(self.uavs)
+                .map(|uav| sensed(uav, pace).create(node, incarnation, old(uav.index())))
+                .collect(),
+            Part::Leader => Ok(vec![leader(self.uavs, pace).create(node, incarnation, old(0))?]),
+            Part::Agent(uav) => {
+                let account = account(uav, pace);
+                Ok(vec![
+                    state(uav, pace).create(node, incarnation, old(0))?,
+                    command(uav, pace).create_with(&account, node, incarnation, old(1))?,
+                ])
             }
-            Part::Leader => Ok(vec![leader(self.uavs, pace).create(node, incarnation)?]),
-            Part::Agent(uav) => Ok(vec![
-                state(uav, pace).create(node, incarnation)?,
-                command(uav, pace).create_with(&account(uav, pace), node, incarnation)?,
-            ]),
             Part::Recorder => Ok(Vec::new()),
         }
     }

@@ -145,7 +145,7 @@ impl Inputs for InputPorts<'_> {
     type Error = BusError;
 
     fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), BusError> {
-        self.sensed.read_newest(self.member.boards(), ticks, |sample, _| take(sample))
+        self.sensed.read_newest(self.member.boards(), ticks, |sample, _| take(sample)).map(drop)
     }
 
     fn state(
@@ -155,11 +155,11 @@ impl Inputs for InputPorts<'_> {
         take: &mut Take<UavState>,
     ) -> Result<(), BusError> {
         let Some((_, port)) = self.states.iter_mut().find(|(uav, _)| *uav == from) else { return Ok(()) };
-        port.read_newest(self.member.boards(), ticks, |sample, _| take(sample))
+        port.read_newest(self.member.boards(), ticks, |sample, _| take(sample)).map(drop)
     }
 
     fn leader(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<LeaderState>) -> Result<(), BusError> {
-        self.leader.read_newest(self.member.boards(), ticks, |sample, _| take(sample))
+        self.leader.read_newest(self.member.boards(), ticks, |sample, _| take(sample)).map(drop)
     }
 
     fn open_state(&mut self, from: UavId) -> Result<(), BusError> {

@@ -47,13 +47,14 @@ fn ticks(first: i64, last: i64) -> RangeInclusive<Tick> {
     Tick(first)..=Tick(last)
 }
 
-fn read(reader: &BoardReader<Command>, wanted: RangeInclusive<Tick>) -> (Vec<i64>, bool) {
+fn read(reader: &BoardReader<Command>, wanted: RangeInclusive<Tick>) -> Vec<i64> {
     let mut read = Vec::new();
-    let has_last = reader.read(wanted, |command, stamps| {
+    let newest = reader.read(wanted, |command, stamps| {
         assert_eq!((*command, stamps.sent_ns), (Command::withheld(command.tick, UAV), 7));
         read.push(command.tick.0);
     });
-    (read, has_last)
+    assert_eq!(newest, read.last().copied().map(Tick));
+    read
 }
 
 #[test]
@@ -63,10 +64,10 @@ fn a_board_keeps_the_last_two_ticks_and_shows_each_to_everybody() {
     let readers = [(); 2].map(|()| board().reader(run.access()).unwrap());
     post(&writer, -1..=5);
     for reader in &readers {
-        assert_eq!(read(reader, ticks(4, 4)), (vec![4], true), "although tick 5 is there");
-        assert_eq!(read(reader, ticks(-1, 5)), (vec![4, 5], true));
-        assert_eq!(read(reader, ticks(3, 3)), (vec![], false), "it is overwritten");
-        assert_eq!(read(reader, ticks(5, 6)), (vec![5], false), "tick 6 has not come");
+        assert_eq!(read(reader, ticks(4, 4)), [4], "although tick 5 is there");
+        assert_eq!(read(reader, ticks(-1, 5)), [4, 5]);
+        assert_eq!(read(reader, ticks(3, 3)), [0_i64; 0], "it is overwritten");
+        assert_eq!(read(reader, ticks(5, 6)), [5], "tick 6 has not come");
     }
 }
 
@@ -74,7 +75,7 @@ fn a_board_keeps_the_last_two_ticks_and_shows_each_to_everybody() {
 fn a_fresh_board_is_empty() {
     let run = Run::new();
     let reader = board().reader(run.access()).unwrap();
-    assert_eq!(read(&reader, ticks(-1, 1)), (vec![], false));
+    assert_eq!(read(&reader, ticks(-1, 1)), [0_i64; 0]);
 }
 
 #[test]
@@ -84,8 +85,8 @@ fn a_tick_that_the_sender_skips_is_a_gap() {
     let reader = board().reader(run.access()).unwrap();
     post(&writer, 0..=1);
     post(&writer, 3..=3);
-    assert_eq!(read(&reader, ticks(2, 2)), (vec![], false));
-    assert_eq!(read(&reader, ticks(2, 3)), (vec![3], true));
+    assert_eq!(read(&reader, ticks(2, 2)), [0_i64; 0]);
+    assert_eq!(read(&reader, ticks(2, 3)), [3]);
 }
 
 #[test]
@@ -109,6 +110,39 @@ fn a_reader_uses_what_a_lost_sender_has_shown_and_then_moves_on_to_its_successor
     assert_eq!(newest(&run, 5), [5]);
     post(&successor, 6..=6);
     assert_eq!(newest(&run, 6), [6]);
+}
+
+#[test]
+fn what_a_lost_sender_has_shown_is_there_for_readers_that_skip_incarnations() {
+    let mut run = Run::new();
+    let mut late = board().reader(run.access()).unwrap();
+    run.replace_sender();
+    let second = board().writer(run.access()).unwrap();
+    post(&second, 3..=4);
+    std::mem::forget(second);
+    // Neither the third nor the fourth incarnation has shown anything.
+    run.replace_sender();
+    run.replace_sender();
+    let newcomer = board().reader(run.access()).unwrap();
+    assert_eq!(read(&newcomer, ticks(3, 4)), [3, 4]);
+    let mut read = Vec::new();
+    let take = |command: &Command, _: &Stamps| read.push(command.tick.0);
+    assert!(late.read_newest(run.access(), ticks(2, 5), take).unwrap());
+    assert_eq!(read, [4], "the board for tick 5 and the one before");
+}
+
+#[test]
+fn moving_on_hands_over_each_value_once() {
+    let mut run = Run::new();
+    let writer = board().writer(run.access()).unwrap();
+    let mut reader = board().reader(run.access()).unwrap();
+    post(&writer, 3..=4);
+    std::mem::forget(writer);
+    run.replace_sender();
+    let mut read = Vec::new();
+    let take = |command: &Command, _: &Stamps| read.push(command.tick.0);
+    reader.read_newest(run.access(), ticks(4, 5), take).unwrap();
+    assert_eq!(read, [4]);
 }
 
 #[test]
@@ -136,8 +170,8 @@ fn two_payloads_share_a_service_and_do_not_mix() {
     let account_reader = reader.beside(&services::account(UAV, Pace::Lockstep)).unwrap();
     let account = ringwing_flight::Account::without_leader(&Command::withheld(Tick(3), UAV));
     accounts.post(Tick(3), account, Stamps::default());
-    assert_eq!(read(&reader, ticks(3, 3)), (vec![], false));
+    assert_eq!(read(&reader, ticks(3, 3)), [0_i64; 0]);
     let mut read = Vec::new();
-    assert!(account_reader.read(ticks(3, 3), |account, _| read.push(*account)));
+    assert_eq!(account_reader.read(ticks(3, 3), |account, _| read.push(*account)), Some(Tick(3)));
     assert_eq!(read, [account]);
 }

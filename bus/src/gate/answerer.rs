@@ -108,8 +108,9 @@ impl Gate {
     /// Notes the tick that this process missed. To be called before the process announces that it is ready: after that
     /// the world may go on.
     pub(crate) fn note_missed(&mut self, part: Part) {
-        // While the world holds the next tick, the one before is complete.
-        self.missed = self.held().and_then(|_| self.tick());
+        // While the world holds a tick, the one before is complete. Do not look at the open tick for that: the world may go
+        // on at any moment.
+        self.missed = self.held().map(|held| Tick(held.0 - 1));
         // Also without a missed tick: a predecessor's answers must not count as this process's.
         let answered_before = self.missed.map_or(i64::MIN, |tick| tick.0);
         self.page[answered(part)].store(answered_before, SeqCst);

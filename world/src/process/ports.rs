@@ -211,13 +211,11 @@ impl AgentBoards {
             return Ok(());
         }
         let ticks = *next_command..=now;
-        let mut take = |command: &Command, stamps: &Stamps| {
+        let take = |command: &Command, stamps: &Stamps| {
             *next_command = Tick(command.tick.0 + 1);
             take(command, stamps);
         };
-        // Look for a successor only after the last command of its predecessor was read.
-        if !commands.read(ticks.clone(), &mut take) && commands.follow(boards)? {
-            commands.read(ticks, take);
+        if commands.read_newest(boards, ticks, take)? {
             self.accounts = self.commands.beside(&services::account(self.uav, self.pace))?;
         }
         Ok(())
