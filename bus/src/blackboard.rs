@@ -295,7 +295,7 @@ impl<T: Payload> BoardReader<T> {
     /// Hands over what the sender has shown in `ticks` and the board still keeps, oldest first. Returns the tick of the
     /// last value handed over.
     pub fn read(&self, ticks: RangeInclusive<Tick>, mut take: impl FnMut(&T, &Stamps)) -> Option<Tick> {
-        let oldest_kept = ticks.end().0 - self.entries.len() as i64 + 1;
+        let oldest_kept = ticks.end().0 - self.entries.len().cast_signed() as i64 + 1;
         let mut newest = None;
         for tick in ticks.start().0.max(oldest_kept)..=ticks.end().0 {
             let posted = self.entries[slot_of(Tick(tick), self.entries.len())].get();
@@ -338,7 +338,7 @@ impl<T: Payload> BoardReader<T> {
 
 /// The place of `tick` among `kept` entries.
 fn slot_of(tick: Tick, kept: usize) -> usize {
-    tick.0.rem_euclid(kept as i64) as usize
+    tick.0.rem_euclid(kept.cast_signed() as i64) as usize
 }
 
 #[cfg(test)]

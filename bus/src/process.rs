@@ -38,7 +38,7 @@ pub fn die_with(launcher: u32) -> Result<(), BusError> {
 pub fn close_files_on_spawn() {
     // SAFETY: the system call only sets a flag on descriptors of this process. It closes none of them here.
     #[expect(unsafe_code, reason = "no safe wrapper of close_range exists")]
-    let _ = unsafe { libc::close_range(3, u32::MAX, libc::CLOSE_RANGE_CLOEXEC as i32) };
+    let _ = unsafe { libc::close_range(3, u32::MAX, libc::CLOSE_RANGE_CLOEXEC.cast_signed()) };
     // A kernel before 5.11 does not know the flag. There the processes start as before, only more slowly.
 }
 

@@ -155,8 +155,9 @@ impl WaitStrategy {
         *retry_after = (*retry_after / 2).max(TIMED_RETRY_WAITS_MIN);
     }
 
-    /// Waits until `due`, or until `is_over`, which is checked whenever a signal has come.
-    pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool) {
+    /// Waits until `due`, or until `is_over`, which is checked whenever a signal has come. Calls `rehearse` when it begins to
+    /// stand by.
+    pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool, mut rehearse: impl FnMut()) {
         let mut standing_by = self.stands_by_for(due);
         let is_done = || monotonic_ns() >= due.at_ns || is_over();
         while !is_done() {
@@ -165,6 +166,7 @@ impl WaitStrategy {
             if self.never_sleeps() {
                 yield_now();
             } else if nap.is_zero() {
+                rehearse();
                 self.stand_by(standing_by, is_done);
                 standing_by = Due::default();
             } else {
@@ -375,10 +377,10 @@ mod tests {
         for mut strategy in [WaitStrategy::timed(), WaitStrategy::spinning()] {
             for lead_ns in [0, 300_000] {
                 let due = Due { at_ns: monotonic_ns() + 2_000_000, lead_ns };
-                strategy.wait_until(due, || false);
+                strategy.wait_until(due, || false, || ());
                 assert!(monotonic_ns() >= due.at_ns);
             }
-            strategy.wait_until(Due { at_ns: u64::MAX, lead_ns: 0 }, || true);
+            strategy.wait_until(Due { at_ns: u64::MAX, lead_ns: 0 }, || true, || ());
         }
     }
 }

@@ -87,11 +87,12 @@ impl Waker {
         Ok(())
     }
 
-    /// World: waits until the next tick is `due`, or until `is_over`. With events nobody stands by for the tick.
-    pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool) {
+    /// World: waits until the next tick is `due`, or until `is_over`. Calls `rehearse` when it begins to stand by for the
+    /// tick. With events nobody stands by.
+    pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool, rehearse: impl FnMut()) {
         match self {
-            Self::Gate(strategy) => strategy.wait_until(due, is_over),
-            Self::Events(_) => WaitStrategy::timed().wait_until(Due { lead_ns: 0, ..due }, is_over),
+            Self::Gate(strategy) => strategy.wait_until(due, is_over, rehearse),
+            Self::Events(_) => WaitStrategy::timed().wait_until(Due { lead_ns: 0, ..due }, is_over, rehearse),
         }
     }
 

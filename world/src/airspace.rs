@@ -24,6 +24,7 @@ use ringwing_scenario::{Scenario, StartState};
 use xxhash_rust::xxh3::Xxh3;
 
 /// The sky, and the account of the flight through it.
+#[derive(Clone)]
 pub struct Airspace {
     sky: Sky,
     /// The answer of each UAV to the open tick, UAV 1 first.

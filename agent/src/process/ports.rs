@@ -72,9 +72,6 @@ impl<'m> AgentPorts<'m> {
     /// Flies `next` with a copy of `agent` and what is there of its inputs, and forgets the outcome. After a wait the
     /// caches are cold: then a first read takes ten times as long, and the law too.
     pub(super) fn rehearse(&mut self, agent: &UavAgent, next: Tick) {
-        if std::env::var_os("RINGWING_NO_REHEARSAL").is_some() {
-            return;
-        }
         let mut rehearsal = agent.clone();
         // An input that cannot be read is an error in the tick itself, and reported there.
         let _ = rehearsal.receive(next, &mut self.inputs);

@@ -198,6 +198,6 @@ impl Hub<'_> {
 /// Waits for the deadline; returns when the next tick is due.
 fn wait_for_deadline(deadlines: &mut Deadlines, strategy: &mut WaitStrategy) -> PacedTick {
     let due = deadlines.due();
-    strategy.wait_until(due, || false);
+    strategy.wait_until(due, || false, || ());
     PacedTick { due_ns: due.at_ns, skipped: deadlines.advance(monotonic_ns()).missed_deadlines }
 }

@@ -34,7 +34,7 @@ impl Domain {
         for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
             let name = name_of(&entry);
             let is_unfinished = |node: &u128| !is_running(process_of(*node)) && !has_tags(&folder, *node);
-            if self.node_in(&name).filter(is_unfinished).is_some() {
+            if self.node_in(&name).as_ref().is_some_and(is_unfinished) {
                 // One of the two fails: an entry is either a file or a folder.
                 let _ = fs::remove_file(entry.path());
                 let _ = fs::remove_dir_all(entry.path());

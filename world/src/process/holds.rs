@@ -73,7 +73,7 @@ fn recorder_lag_ticks(scenario: &Scenario) -> i64 {
     let ticks = (f64::from(scenario.time.rate_hz) * RECORDER_LAG_S).ceil() as i64;
     // The journal of a large swarm at a high rate keeps fewer ticks than that. Leave it room: the recorder has read
     // more than it has told so far.
-    ticks.min(journal::depth(scenario.formation.uavs) as i64 / 2)
+    ticks.min(journal::depth(scenario.formation.uavs).cast_signed() as i64 / 2)
 }
 
 impl<P: TickProbe> World<'_, P> {

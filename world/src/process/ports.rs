@@ -153,10 +153,10 @@ impl<'m> Ports<'m> {
         self.waker.wait_for_answers(&self.gate, limit)
     }
 
-    /// Waits until the tick is `due`, or until the run is to end.
-    pub(super) fn wait_until(&mut self, due: Due) -> Result<(), BusError> {
+    /// Waits until the tick is `due`, or until the run is to end. Calls `rehearse` shortly before, while there is time.
+    pub(super) fn wait_until(&mut self, due: Due, rehearse: impl FnMut()) -> Result<(), BusError> {
         let (gate, stop) = (&self.gate, &self.stop);
-        self.waker.wait_until(due, || is_stopped(gate, stop));
+        self.waker.wait_until(due, || is_stopped(gate, stop), rehearse);
         self.waker.discard_events()
     }
 

@@ -6,10 +6,10 @@ use super::{
     TickClock, World,
     wait::{RECHECK, RETRY, WaitEnd, wait_until},
 };
-use crate::{CommandCounts, Refusal};
+use crate::{Airspace, CommandCounts, Refusal};
 use ringwing_bus::{BusError, Lateness, PacedTick, Stamps, TickProbe, monotonic_ns};
 use ringwing_flight::{Command, Event, Tick, TickTiming, UavId};
-use std::thread;
+use std::{hint::black_box, thread};
 
 impl<P: TickProbe> World<'_, P> {
     pub(super) fn fly_tick(&mut self) -> Result<(), BusError> {
@@ -89,7 +89,8 @@ impl<P: TickProbe> World<'_, P> {
     /// In real time: waits for the deadline, whoever has answered.
     fn wait_for_deadline(&mut self) -> Result<(), BusError> {
         if let TickClock::RealTime(deadlines) = &self.clock {
-            self.ports.wait_until(deadlines.due())?;
+            let airspace = &self.airspace;
+            self.ports.wait_until(deadlines.due(), || rehearse(airspace))?;
         }
         self.collect()
     }
@@ -147,5 +148,16 @@ impl<P: TickProbe> World<'_, P> {
         let due_ns = deadlines.due().at_ns;
         let lateness = deadlines.advance(monotonic_ns());
         (lateness, Some(PacedTick { due_ns, skipped: lateness.missed_deadlines }))
+    }
+}
+
+/// Does with a copy of `airspace` what has to be done at the deadline, and forgets the outcome: after a wait the caches are
+/// cold, and all agents would wait for the world to warm them.
+fn rehearse(airspace: &Airspace) {
+    let mut rehearsal = airspace.clone();
+    rehearsal.end_tick();
+    black_box(rehearsal.step());
+    for sensed in rehearsal.open_tick() {
+        black_box(sensed);
     }
 }
