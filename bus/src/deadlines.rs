@@ -20,9 +20,10 @@ pub struct Deadlines {
 const LEAD_MAX_NS: u64 = 500_000;
 /// The lead is at most one part in this many of the period. A smaller divisor burns more CPU at high rates.
 const PERIODS_PER_LEAD: u64 = 20;
-/// Most processes per core that stand by. With more, they would only take the core from each other; with fewer, more
-/// swarms open their ticks while processes are still waking up.
-const CROWD_MAX: u32 = 8;
+/// Most processes per core that stand by. With more, their turns take so long that standing by gains nothing: at 100 per
+/// core, ticks are as slow as without. With fewer, swarms whose processes could stand by wake them one after another
+/// instead: at 16 per core, ticks take twice as long.
+const CROWD_MAX: u32 = 32;
 
 /// How late a tick ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
