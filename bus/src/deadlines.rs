@@ -73,8 +73,8 @@ mod tests {
     #[test]
     fn a_small_swarm_stands_by_for_a_small_part_of_the_period_and_a_large_one_does_not() {
         let [slow, fast] = [10 * MS, 2 * MS];
-        assert_eq!([lead_ns(slow, 1), lead_ns(slow, 8), lead_ns(fast, 8)], [500_000, 500_000, 100_000]);
-        assert_eq!(lead_ns(slow, 9), 0);
+        assert_eq!([lead_ns(slow, 1), lead_ns(slow, 32), lead_ns(fast, 32)], [500_000, 500_000, 100_000]);
+        assert_eq!(lead_ns(slow, 33), 0);
     }
 
     #[test]
