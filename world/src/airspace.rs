@@ -36,6 +36,8 @@ pub struct Airspace {
     reused_commands: u64,
     rate_hz: u32,
     last_tick: Tick,
+    /// The last tick that has ended.
+    flown: Tick,
 }
 
 /// How many airframes fly through a tick on a command of that tick, and how many on an older one.
@@ -61,6 +63,7 @@ impl Airspace {
             reused_commands: 0,
             rate_hz: scenario.time.rate_hz,
             last_tick: Tick(scenario.last_tick()),
+            flown: Tick(Tick::APPROACH.0 - 1),
         }
     }
 
@@ -72,6 +75,12 @@ impl Airspace {
     /// The open tick, or the next one to open.
     pub fn now(&self) -> Tick {
         self.sky.now()
+    }
+
+    /// The last tick that has ended; one before the approach if none has. A flight that is stopped between two ticks has
+    /// [`now`](Self::now) at a tick that never opens.
+    pub fn flown(&self) -> Tick {
+        self.flown
     }
 
     /// Whether the scenario's last tick has come.
@@ -110,6 +119,7 @@ impl Airspace {
         for command in self.answers.iter_mut().filter_map(Option::take) {
             self.hash.update(bytemuck::bytes_of(&command));
         }
+        self.flown = self.now();
         let counts = self.count_commands();
         self.reused_commands += u64::from(counts.reused);
         counts
@@ -147,7 +157,7 @@ impl Airspace {
     /// The flight so far. The fields that need a wall clock are zero or empty: the world's process fills them in.
     pub fn report(&self) -> WorldReport {
         WorldReport {
-            last_tick: self.now().0,
+            last_tick: self.flown.0.max(Tick::APPROACH.0),
             complete: self.is_over(),
             payload_hash: format!("{:032x}", self.hash.digest128()),
             collisions: self.collisions.clone(),

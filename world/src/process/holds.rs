@@ -139,7 +139,7 @@ impl<P: TickProbe> World<'_, P> {
     /// sender.
     pub(super) fn wait_for_last_fetch(&mut self) -> Result<(), BusError> {
         let is_fetched = |world: &Self| {
-            !world.answers.roster().has_recorder() || world.ports.gate.recorded() >= world.airspace.now()
+            !world.answers.roster().has_recorder() || world.ports.gate.recorded() >= world.airspace.flown()
         };
         let is_told_to_leave = |world: &Self| world.ports.is_told_to_leave();
         let limit = self.holds.answer_timeout;
