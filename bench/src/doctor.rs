@@ -38,7 +38,7 @@ const FACTS: [Fact; 21] = [
     ("virtual machine", |read| kernel_files::virtual_machine(read)),
     ("container", |read| Some(kernel_files::container(read))),
     ("CPU quota", |read| {
-        // Without this file the quota is unknown; with it, no limit means that there is none.
+        // Without this file the quota is unknown. If the file exists and sets no limit, there is no quota.
         read("/proc/self/cgroup")?;
         Some(quota_cores(read).map_or("none".into(), |cores| format!("{cores:.2} cores")))
     }),

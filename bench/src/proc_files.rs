@@ -35,7 +35,7 @@ fn of_thread(folder: &Path) -> ProcessUsage {
     }
 }
 
-/// The number after `key` in the line of `text` that begins with it; 0 if there is none.
+/// The number after `key` in the line of `text` that begins with it; 0 if no line does.
 fn number_after(text: &str, key: &str) -> u64 {
     let value = text.lines().find_map(|line| line.strip_prefix(key));
     value.and_then(|value| value.split_whitespace().next()?.parse().ok()).unwrap_or_default()

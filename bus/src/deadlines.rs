@@ -35,7 +35,7 @@ pub struct Lateness {
 }
 
 impl Deadlines {
-    /// Deadlines of which the first is one period after `now_ns`. `crowd` is the number of processes on each core.
+    /// Deadlines that begin one period after `now_ns`. `crowd` is the number of processes on each core.
     pub fn new(rate_hz: u32, crowd: u32, now_ns: u64) -> Self {
         let period_ns = 1_000_000_000 / u64::from(rate_hz);
         Self { period_ns, lead_ns: lead_ns(period_ns, crowd), due_ns: now_ns + period_ns }

@@ -155,6 +155,7 @@ impl Services {
         let boards = self.create_boards(node, part, incarnation)?;
         // Announce a number only when its boards exist, so that nobody waits for them.
         gate.set_incarnation(part, incarnation);
+        // The old boards are dropped here. Their services stay as long as a reader has them open.
         self.boards.insert(part, boards);
         Ok(())
     }

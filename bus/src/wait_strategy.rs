@@ -40,7 +40,8 @@ pub struct Due {
 }
 
 impl Due {
-    /// How long until a waiting process should stand by; [`Duration::MAX`] when that time is over, or there is none.
+    /// How long until a waiting process should stand by; [`Duration::MAX`] if that time has passed or the process
+    /// does not stand by at all.
     pub(crate) fn until_stand_by(self, now_ns: u64) -> Duration {
         let Self { at_ns, lead_ns } = self;
         if lead_ns == 0 || now_ns > at_ns.saturating_add(lead_ns) {

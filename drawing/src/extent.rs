@@ -10,7 +10,7 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// The extent of all finite `values`; 0 to 1 if there are none.
+    /// The extent of all finite `values`. Without any finite value it is 0 to 1.
     pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
         let empty = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
         let widen =

@@ -109,7 +109,7 @@ impl RecordingLoop {
         }
     }
 
-    /// The first tick of which more may come, when the `newest` in the journal is this one. In real time an agent may be
+    /// The first tick that may still get more data, given the `newest` tick in the journal. In real time an agent may be
     /// late by a quarter of a second.
     fn complete_before(&self, newest: i64) -> i64 {
         let patience = if self.real_time { i64::from(self.clock.rate_hz() / 4) } else { 0 };

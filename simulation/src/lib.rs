@@ -18,8 +18,8 @@
 //!   unless it already has. It uses the newest samples for that tick and skips everything older that was sent while it
 //!   was frozen. Its late command is offered to the airframe, and not hashed. All that it sends in that answer belongs to
 //!   tick t - 1, also in the measures.
-//! - A leader is a function of the tick alone, so a new one continues where the old one was. While there is none, or it
-//!   is frozen, agents go on by its last state.
+//! - A leader is a function of the tick alone, so a new one continues where the old one was. Without a running
+//!   leader, agents go on by its last state.
 //! - The recorder never changes the flight. A killed or stopped world ends it before tick k.
 //! - A slow process makes all wait, and changes nothing.
 

@@ -47,6 +47,7 @@ impl<'a> Spawner<'a> {
             // Use a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher
             // then ends the others in order.
             .process_group(0);
+        // Before each spawn, because the launcher opens more files as it replaces processes.
         close_files_on_spawn();
         let child = self.plan.placement.start(part.index(), || command.spawn());
         child.map(|child| child.id()).map_err(|source| LaunchError::Spawn { what: part.to_string(), source })

@@ -197,7 +197,7 @@ mod tests {
         records.iter().flatten().flat_map(|word| word.to_le_bytes()).collect()
     }
 
-    /// A tick of the warm-up and three that are measured, of which the second is late, at 100 Hz; times in ms.
+    /// One warm-up tick and three measured ticks at 100 Hz; the second measured tick is late. Times in ms.
     const WORLD: [[i64; 4]; 4] = [
         [0, 10 * MS, 10 * MS, 12 * MS],
         [1, 20 * MS, 20 * MS, 22 * MS],

@@ -49,7 +49,7 @@ impl PeerConnection {
         Ok([vec![near_out.into(), near_in.into()], vec![far_out.into(), far_in.into()]])
     }
 
-    /// The connection of which [`pair`](Self::pair) made this end.
+    /// The connection whose end [`pair`](Self::pair) made.
     pub(super) fn from_end(carrier: &Carrier, end: Vec<OwnedFd>) -> io::Result<Self> {
         let mut descriptors = end.into_iter();
         match (carrier, descriptors.next(), descriptors.next()) {

@@ -1,4 +1,4 @@
-//! The connections of a mesh: who is connected to whom, and how each process gets its ends.
+//! The connections of a mesh: which processes are connected, and how each process gets its ends.
 //!
 //! The world makes all connections and hands the ends over as descriptors through a Unix socket, because a process can
 //! inherit only stdin, stdout and stderr without unsafe code.

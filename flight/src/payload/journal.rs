@@ -54,7 +54,7 @@ pub struct JournalEntry {
 }
 
 impl JournalEntry {
-    /// The entry of a UAV of which nothing is known.
+    /// An entry without any data.
     pub fn empty() -> Self {
         Self::zeroed()
     }

@@ -24,13 +24,13 @@ pub struct LoggedEvent {
     /// The number of the UAV concerned, from 1; 0 if the event concerns no UAV.
     #[prost(uint32, tag = "4")]
     pub uav: u32,
-    /// The number of the second UAV of a collision; 0 if there is none.
+    /// The number of the second UAV of a collision; 0 if only one UAV is involved.
     #[prost(uint32, tag = "5")]
     pub other_uav: u32,
     /// The node name of the process concerned, such as `agent-3`; empty if the event concerns no process.
     #[prost(string, tag = "6")]
     pub process: String,
-    /// The name of the obstacle that a UAV collided with; empty if there is none.
+    /// The name of the obstacle that a UAV collided with; empty if it hit no obstacle.
     #[prost(string, tag = "7")]
     pub obstacle: String,
     /// Where it happened, east, in the local frame.

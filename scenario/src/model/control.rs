@@ -87,7 +87,7 @@ impl Law {
     }
 }
 
-/// The parts of the resilient law, each of which a scenario can switch by itself.
+/// The parts of the resilient law. A scenario can switch each part on or off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "each part of the law has its own switch")]
 pub struct LawSwitches {

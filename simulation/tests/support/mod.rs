@@ -65,7 +65,7 @@ impl Flight {
         }
     }
 
-    /// Flies the next tick; panics if there is none, so that no test measures a flight that stands still.
+    /// Flies the next tick; panics after the last one, so that no test measures a flight that stands still.
     pub(crate) fn step(&mut self) {
         assert!(!self.is_over, "the scenario is over");
         self.is_over = !self.simulation.step();

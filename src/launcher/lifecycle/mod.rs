@@ -46,8 +46,8 @@ pub(super) enum Input {
         /// Its process id.
         pid: u32,
     },
-    /// The process has announced at the gate that it is ready. It is the spawned one, or, where there is none, one that
-    /// the user started by hand.
+    /// The process has announced at the gate that it is ready. It is the spawned one or,
+    /// if none was spawned, one that the user started by hand.
     Ready {
         /// Its process id.
         pid: u32,

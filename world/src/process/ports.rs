@@ -119,6 +119,7 @@ impl<'m> Ports<'m> {
     ) -> Result<(), BusError> {
         let agent = &mut self.agents[uav.index()];
         agent.read_commands(self.member.boards(), now, take)?;
+        // Without a recorder the agents write no accounts, and even a look at the empty entries would cost time.
         if self.journal.is_wanted() {
             let journal = &mut self.journal;
             agent.read_accounts(now, |account| journal.note_account(uav, account));
