@@ -4,7 +4,7 @@
 
 use crate::{
     FAILED, WrongUsage,
-    launcher::{LOG, Plan, launch},
+    launcher::{Plan, launch, log_in},
     tell,
 };
 use anyhow::{Context, bail};
@@ -82,7 +82,7 @@ fn fly(args: &CaseArgs) -> anyhow::Result<()> {
         lock_memory: false,
     };
     let outcome = launch(&plan)?;
-    let log = outcome.folder.join(LOG);
+    let log = log_in(&outcome.folder);
     if log.exists() {
         // Move the log to where the benchmark looks for it: the benchmark does not know the run's folder.
         fs::rename(&log, folder.join(FLIGHT_LOG)).context("the log cannot be moved")?;

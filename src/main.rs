@@ -8,6 +8,7 @@ mod clean;
 mod compare;
 mod fault_command;
 mod launcher;
+mod log_argument;
 mod real_time;
 mod recover_command;
 mod review;
@@ -146,6 +147,13 @@ fn complete(shell: Shell) -> anyhow::Result<ExitCode> {
 fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {
     result?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Prints what the user should know of `log`, without a bearing on the exit code.
+fn warn_of(log: &std::path::Path, texts: &[String]) {
+    for text in texts {
+        eprintln!("ringwing: warning: log {}: {text}", log.display());
+    }
 }
 
 /// Prints a line. Errors are ignored: they mean that the reader of the output is gone.

@@ -19,7 +19,8 @@ use std::{
 
 /// The paper's Section 4.2.
 const DEFAULT_SCENARIO: &str = "paper-4.2";
-const DEFAULT_OUT: &str = "runs";
+/// The folder for the folders of runs.
+pub(crate) const DEFAULT_OUT: &str = "runs";
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]

@@ -221,7 +221,7 @@ fn a_recorder_killed_by_a_fault_is_replaced_and_the_flight_does_not_change() {
 #[test]
 fn verify_and_the_printed_command_repeat_a_flight_with_faults() {
     let run = flown(&["at 1 s kill uav 3", "at 2 s isolate 5 for 1 s"], "--duration 6");
-    let log = run.folder.join("run.mcap");
+    let log = run.log_path();
     let verified = ringwing().arg("verify").arg(&log).output().unwrap();
     assert_eq!(verified.status.code(), Some(0), "{}", String::from_utf8_lossy(&verified.stderr));
     let again = std::process::Command::new("bash")

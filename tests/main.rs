@@ -14,6 +14,7 @@ mod dependencies;
 mod determinism;
 mod endings;
 mod faults;
+mod logs;
 mod losses;
 mod presets;
 mod real_time;

@@ -16,7 +16,7 @@ fn tool(arguments: &[&str]) -> (Option<i32>, String, String) {
 }
 
 fn log_of(run: &Finished) -> PathBuf {
-    run.folder.join("run.mcap")
+    run.log_path()
 }
 
 fn text(path: &Path) -> &str {
@@ -149,8 +149,8 @@ fn the_log_of_a_killed_recorder_can_be_reviewed_and_recovered() {
         let out = run.folder.join("recovered.mcap");
         let before = fs::read(log_of(&run)).unwrap();
         let (code, stdout, stderr) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
-        assert_eq!(code, Some(0), "{stderr}");
-        assert!(stdout.contains("and a new index") && stdout.contains("has no result"), "{stdout}");
+        assert_eq!(code, Some(1), "{stderr}");
+        assert!(stdout.contains("and a new index") && stdout.contains("lost: the result"), "{stdout}");
         assert_eq!(fs::read(log_of(&run)).unwrap(), before, "recover changed its input");
         let recovered = messages(&out);
         assert!(second < 1.0 || recovered.len() > 100, "killed at {second} s");

@@ -30,6 +30,9 @@ pub struct RecorderArgs {
     /// Keep wall-clock times out of the log: equal flights then make equal files, byte for byte.
     #[arg(long)]
     pub no_timing: bool,
+    /// When the run was started, in UTC, for the log of a real-time run.
+    #[arg(long, value_name = "TIME")]
+    pub started_at: Option<String>,
 }
 
 /// How long to wait for a batch before fetching anyway. A longer wait delays the progress line and the end of the process; a
@@ -46,7 +49,8 @@ pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
     let member = Member::join(&args.member, Part::Recorder)?;
     let text = member.domain().scenario_text()?;
     let scenario = member.scenario();
-    let opening = Opening { scenario, text: &text, timing: !args.no_timing };
+    let (timing, started_at) = (!args.no_timing, args.started_at.as_deref());
+    let opening = Opening { scenario, text: &text, timing, started_at };
     // Subscribe first: the flight may go on while a log is taken over.
     let ports = RecorderPorts::open(&member, &opening)?;
     let begun = has_begun(&member.domain().gate()?);

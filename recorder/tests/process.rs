@@ -135,7 +135,12 @@ fn wait_until(what: &str, condition: impl Fn() -> bool) {
 
 fn start(domain: DomainId, log: Option<PathBuf>) -> thread::JoinHandle<Result<(), RecorderError>> {
     thread::spawn(move || {
-        run(&RecorderArgs { member: MemberArgs { domain, launcher: None }, log, no_timing: false })
+        run(&RecorderArgs {
+            member: MemberArgs { domain, launcher: None },
+            log,
+            no_timing: false,
+            started_at: None,
+        })
     })
 }
 

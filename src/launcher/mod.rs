@@ -29,13 +29,20 @@ use ringwing_scenario::Scenario;
 use std::{
     collections::BTreeSet,
     fs, io,
-    path::PathBuf,
+    os::unix::fs::symlink,
+    path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 use supervisor::Supervisor;
 
-/// Name of the log in the run's folder.
-pub(crate) const LOG: &str = "run.mcap";
+/// The link beside the folders of runs that leads to the newest one.
+const LATEST: &str = "latest";
+
+/// The log in the `folder` of a run. It is named after the run, because viewers show a file's name and not its folder.
+pub(crate) fn log_in(folder: &Path) -> PathBuf {
+    let run = folder.file_name().unwrap_or_default().to_string_lossy();
+    folder.join(format!("{run}.mcap"))
+}
 
 /// What to launch.
 #[derive(Debug, Clone)]
@@ -139,5 +146,21 @@ fn make_folder(plan: &Plan, domain: &Domain, resolved: &str) -> Result<PathBuf, 
     };
     write(folder.join("scenario.toml"), resolved)?;
     write(config.join("iceoryx2.toml"), &domain.iox2_config())?;
+    link_latest(&folder);
     Ok(folder)
+}
+
+/// Lets `latest`, beside the `folder` of a run, lead to it.
+fn link_latest(folder: &Path) {
+    let Some(run) = folder.file_name() else { return };
+    let (link, draft) = (folder.with_file_name(LATEST), folder.join(LATEST));
+    // A file or folder of that name is the user's.
+    if link.symlink_metadata().is_ok_and(|found| !found.is_symlink()) {
+        return;
+    }
+    // Moved into place in one step, because runs may start at the same time. On a file system without links, only a
+    // convenience is lost.
+    if symlink(run, &draft).and_then(|()| fs::rename(&draft, link)).is_err() {
+        let _ = fs::remove_file(draft);
+    }
 }

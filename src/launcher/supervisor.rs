@@ -4,11 +4,12 @@
 //! Must never decide by itself what a change of a process means, and must never sleep through a notice.
 
 use super::{
-    LOG, LaunchError, Outcome, Plan,
+    LaunchError, Outcome, Plan,
     fault_queue::FaultQueue,
     inbox::{Inbox, Notice, ProcessChange, Reply},
     janitor::Janitor,
     lifecycle::{Attendant, Effect, Input, RunStage, SupervisionLimits},
+    log_in,
     ports::LauncherPorts,
     process_table::ProcessTable,
     progress::Progress,
@@ -80,7 +81,7 @@ impl<'a> Supervisor<'a> {
         if scenario.pace() == Pace::Lockstep {
             inbox.watch_holds(domain.gate()?)?;
         }
-        let log = plan.record.then(|| folder.join(LOG));
+        let log = plan.record.then(|| log_in(folder));
         let is_by_hand = |part| plan.needs(part) && plan.by_hand.contains(&part);
         Ok(Self {
             plan,
@@ -333,7 +334,7 @@ impl<'a> Supervisor<'a> {
     /// How the run went, from what its processes have left.
     fn outcome(&mut self, times: &FlightTimes) -> Result<Outcome, LaunchError> {
         // Remove the draft of a recorder that was killed during a takeover. The log itself is whole.
-        let _ = fs::remove_file(self.folder.join(LOG).with_extension("mcap.part"));
+        let _ = fs::remove_file(log_in(&self.folder).with_extension("mcap.part"));
         let world: Option<WorldReport> = self.domain.report(report::WORLD)?;
         let mut failures = std::mem::take(&mut self.failures);
         failures.append(&mut self.late_failures);

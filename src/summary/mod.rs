@@ -6,7 +6,7 @@ mod text;
 
 use crate::{
     FAILED, VIOLATED,
-    launcher::{LOG, Outcome},
+    launcher::{Outcome, log_in},
 };
 use ringwing_flight::{Collider, Collision, Latency, WorldReport};
 use ringwing_recorder::{
@@ -155,7 +155,7 @@ impl Summary {
             unanswered_ticks: count(|world| world.unanswered_ticks),
             late_max_us: world.map(|world| world.late_max_us),
             latency: world.and_then(|world| world.latency),
-            log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
+            log: recorded.then(|| log_in(&outcome.folder).display().to_string()),
             // With `--no-record` there is a recorder too, for the measures, but no log.
             log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
             command,
@@ -226,6 +226,11 @@ impl Summary {
             command: String::new(),
             flight,
         }
+    }
+
+    /// Why the run or its log is not whole.
+    pub(crate) fn failures(&self) -> &[String] {
+        &self.failures
     }
 
     /// The content of `summary.json`.

@@ -21,6 +21,12 @@ use std::{
 /// Longest wait of a test. Shorter fails tests on a busy machine; longer delays the report of a hang.
 const LONGEST_WAIT: Duration = Duration::from_secs(120);
 
+/// The log in the `folder` of a run, which has the name of the run.
+pub fn log_in(folder: &Path) -> PathBuf {
+    let run = folder.file_name().expect("a folder of a run").to_str().expect("a name in UTF-8");
+    folder.join(format!("{run}.mcap"))
+}
+
 /// The command under test.
 pub fn ringwing() -> Command {
     Command::new(env!("CARGO_BIN_EXE_ringwing"))
@@ -227,9 +233,14 @@ impl Finished {
         self.summary[key].as_str().unwrap_or_else(|| panic!("no text {key} in {:#}", self.summary))
     }
 
+    /// The file of the run's log.
+    pub fn log_path(&self) -> PathBuf {
+        log_in(&self.folder)
+    }
+
     /// The run's log.
     pub fn log(&self) -> log::Log {
-        log::Log::read(&self.folder.join("run.mcap"))
+        log::Log::read(&self.log_path())
     }
 
     /// Asserts that the run ended with this exit code and left nothing behind.
