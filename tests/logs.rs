@@ -31,7 +31,7 @@ fn assert_reviews(command: &mut Command, run: &Finished) {
 
 #[test]
 fn a_log_is_found_by_folder_link_compressed_file_and_standard_input() {
-    let run = Swarm::fly("paper-4.1").with("--duration 12").finish();
+    let run = Swarm::fly("paper-4.1").with("--duration 25").finish();
     let log = run.log_path();
     let latest = run.folder.with_file_name("latest");
     let packed = run.folder.with_file_name("packed.mcap.zst");
@@ -113,7 +113,7 @@ fn filter(from: &Path, to: &Path, is_kept: fn(&str) -> bool) {
 
 #[test]
 fn a_filtered_log_is_judged_and_verified_unless_it_lacks_a_part_of_the_flight() {
-    let run = Swarm::fly("paper-4.1").with("--duration 12").finish();
+    let run = Swarm::fly("paper-4.1").with("--duration 25").finish();
     let filtered = run.folder.with_file_name("filtered.mcap");
     filter(&run.log_path(), &filtered, |topic| !topic.starts_with("/scene/") && topic != "/tf");
     let (code, json, stderr) = said(ringwing().args(["review", "--json"]).arg(&filtered));

@@ -58,7 +58,7 @@ pub fn locate(log: &Path) -> Result<PathBuf, ReadError> {
 }
 
 fn is_log(name: &str) -> bool {
-    name.ends_with(".mcap") || name.ends_with(".mcap.zst")
+    [".mcap", ".mcap.zst"].iter().any(|end| name.ends_with(end))
 }
 
 /// Opens the log that `log` names.

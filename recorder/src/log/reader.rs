@@ -66,7 +66,7 @@ pub struct Reader<R = BufReader<File>> {
 /// Where the messages come from.
 enum Messages<R> {
     /// The file itself, which has them in order.
-    InFile { salvage: Salvage<R>, topics: Topics },
+    InFile { salvage: Box<Salvage<R>>, topics: Topics },
     /// A sorted copy.
     Sorted(SortedMessages),
 }
@@ -96,7 +96,7 @@ impl<R: Read + Seek> Reader<R> {
         }
         let mut messages = salvage.again();
         let messages = if survey.disordered == 0 {
-            Messages::InFile { salvage: messages, topics: Topics::default() }
+            Messages::InFile { salvage: Box::new(messages), topics: Topics::default() }
         } else {
             let sorted = SortedMessages::of(&mut messages);
             Messages::Sorted(sorted.map_err(|source| ReadError::no_room(path, source))?)
@@ -110,7 +110,7 @@ impl<R: Read + Seek> Reader<R> {
     pub fn rewind(self) -> Self {
         let messages = match self.messages {
             Messages::InFile { salvage, .. } => {
-                Messages::InFile { salvage: salvage.again(), topics: Topics::default() }
+                Messages::InFile { salvage: Box::new(salvage.again()), topics: Topics::default() }
             }
             Messages::Sorted(mut sorted) => {
                 sorted.rewind();

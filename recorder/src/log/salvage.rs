@@ -153,6 +153,12 @@ impl<R: Read + Seek> Salvage<R> {
 
     /// Begins at the first record that can be recognised, in a file whose first bytes are not those of a log.
     fn begin_after_damage(&mut self) {
+        // A log without chunks names its channels at its beginning, and a message is recognised by its channel.
+        self.fetch_summary();
+        self.channels.extend(self.repeated.iter().flatten().filter_map(|record| match record {
+            Record::Channel(channel) => Some(channel.id),
+            _ => None,
+        }));
         let Some(first) = self.find_record(0) else {
             // Not a log, and not a part of one. The caller has a clearer message for that.
             self.is_exhausted = true;
