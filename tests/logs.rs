@@ -73,8 +73,8 @@ fn latest_is_the_newest_run_in_the_default_folder() {
         let (_, json, _) = said(ringwing().args(["review", "latest", "--json"]));
         let reviewed: Value = serde_json::from_str(&json).unwrap();
         assert_eq!(reviewed["seed"].to_string(), seed);
-        let run = reviewed["log"].as_str().unwrap().to_owned();
-        assert!(run.starts_with("runs/latest/paper-4.1-") && run.ends_with(".mcap"), "{run}");
+        let log = reviewed["log"].as_str().unwrap();
+        assert!(log.starts_with("runs/latest/paper-4.1-"), "{log}");
     }
 }
 
