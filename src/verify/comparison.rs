@@ -49,7 +49,7 @@ pub(super) fn compare<R: Read + Seek>(
 /// Whether messages of `topic` should be equal in both logs. Wall-clock times differ from run to run, and other programs may
 /// have added topics.
 fn is_compared(topic: &str) -> bool {
-    topic != topics::TIMING && topics::is_known(topic)
+    ![topics::TIMING, topics::TIMING_PERCENTILES].contains(&topic) && topics::is_known(topic)
 }
 
 fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
