@@ -3,9 +3,11 @@
 //! Each function here is one row of the table: the service's name, its payload, its readers and its depth.
 
 use crate::{
-    BusError, Gate, ballast,
+    BusError, Domain, Gate, ballast,
     blackboard::{Board, BoardFactory, kept_at},
     channel::{Channel, Factory, SENDERS, SPARE_READERS},
+    demand,
+    domain::Reserve,
     journal, waker,
 };
 use iceoryx2::{node::Node, prelude::ipc};
@@ -120,11 +122,18 @@ pub struct Services {
 }
 
 impl Services {
-    /// Creates the services of `scenario`'s swarm in the domain of `node`, with the boards of the first incarnation of
-    /// every part.
+    /// Creates the services of `scenario`'s swarm in `domain`, to which `node` belongs, with the boards of the first
+    /// incarnation of every part.
     ///
     /// Events and ballast are created only if the scenario uses them, because each service takes time and memory.
-    pub fn create(node: &Node<ipc::Service>, gate: &Gate, scenario: &Scenario) -> Result<Self, BusError> {
+    /// The journal keeps `journal_depth` ticks for a recorder that lags behind.
+    pub fn create(
+        node: &Node<ipc::Service>,
+        domain: &Domain,
+        scenario: &Scenario,
+        journal_depth: usize,
+    ) -> Result<Self, BusError> {
+        let gate = domain.gate()?;
         let uavs = scenario.formation.uavs;
         let has_events = scenario.ipc.wake == Wake::Event;
         let has_ballast = scenario.ipc.payload_bytes > 0;
@@ -132,7 +141,7 @@ impl Services {
             uavs,
             pace: scenario.pace(),
             boards: BTreeMap::new(),
-            journal: journal::create(node, uavs)?,
+            journal: journal::create(node, journal_depth)?,
             links: links(uavs).create(node)?,
             events: [world_events().create(node)?, launcher_events().create(node)?],
             roster: roster().create(node)?,
@@ -142,15 +151,24 @@ impl Services {
                 .transpose()?,
             ballast: if has_ballast { ballast::create(node, uavs)? } else { Vec::new() },
         };
-        Part::all(uavs).try_for_each(|part| services.renew(node, gate, part))?;
+        for part in Part::all(uavs) {
+            domain.release_part(Reserve::Swarm, demand::board_bytes(part, uavs));
+            services.create_next(node, &gate, part)?;
+        }
         Ok(services)
     }
 
     /// Creates the boards of the next incarnation of `part`, with the values on the ones before, announces it at the gate,
     /// and lets go of the boards before. To be called when a process of that part has ended, before the next one starts.
+    /// Fails if shared memory is full.
     ///
     /// The readers of the old boards keep them open until they have moved on.
-    pub fn renew(&mut self, node: &Node<ipc::Service>, gate: &Gate, part: Part) -> Result<(), BusError> {
+    pub fn renew(&mut self, node: &Node<ipc::Service>, domain: &Domain, part: Part) -> Result<(), BusError> {
+        domain.make_room(demand::successor_bytes())?;
+        self.create_next(node, &domain.gate()?, part)
+    }
+
+    fn create_next(&mut self, node: &Node<ipc::Service>, gate: &Gate, part: Part) -> Result<(), BusError> {
         let incarnation = gate.incarnation(part) + 1;
         let boards = self.create_boards(node, part, incarnation)?;
         // Announce a number only when its boards exist, so that nobody waits for them.
@@ -192,11 +210,11 @@ mod tests {
 
     #[test]
     fn a_newcomer_gets_the_last_roster() {
-        let (owner, gate) = DomainOwner::create("").unwrap();
+        let (owner, _gate) = DomainOwner::create("").unwrap();
         let node = create_node(owner.domain(), "test").unwrap();
         let mut scenario = Scenario::default();
         scenario.formation.uavs = 3;
-        let _services = Services::create(&node, &gate, &scenario).unwrap();
+        let _services = Services::create(&node, owner.domain(), &scenario, 8).unwrap();
         let publisher = roster().publisher(&node).unwrap();
         let send = |revision| {
             let mut roster = Roster::empty();

@@ -175,6 +175,11 @@ pub enum Event {
     },
     /// The user interrupted the run.
     RunInterrupted,
+    /// The run stood still in real time, all its processes stopped.
+    RunPaused {
+        /// For how long, by the wall clock.
+        seconds: f64,
+    },
     /// The launcher applied a process fault.
     ProcessFault {
         /// The process.
@@ -234,6 +239,7 @@ impl Event {
             Self::RecorderGap { .. } => "recorder.gap",
             Self::ConnectionsFailed { .. } => "ipc.connection",
             Self::RunInterrupted => "run.interrupted",
+            Self::RunPaused { .. } => "run.paused",
             Self::ProcessFault { action, .. } => action.event_name(),
             Self::FaultRefused { .. } => "fault.refused",
             Self::FaultRequested { .. } => "fault.requested",
@@ -266,6 +272,7 @@ impl Event {
             | Self::RecorderSilent
             | Self::RecorderGap { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
             | Self::FaultOverdue => Level::Warning,
@@ -290,6 +297,7 @@ impl Event {
             | Self::StartOverdue { .. }
             | Self::ThawOverdue { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
             | Self::FaultRequested { .. } => Reporter::Launcher,
@@ -315,6 +323,7 @@ impl Event {
             | Self::FaultOverdue
             | Self::ConnectionsFailed { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::FaultRequested { .. } => true,
             // The scenario and its seed decide these, or they leave the flight as it is.
             Self::Collision { .. }

@@ -45,6 +45,7 @@ fn one_of_each() -> Vec<Event> {
         gap(4, 5, GapCause::FellBehind),
         Event::ConnectionsFailed { count: 2 },
         Event::RunInterrupted,
+        Event::RunPaused { seconds: 3.25 },
         fault(ProcessAction::Kill { returns: false }, "kill uav 3"),
         fault(ProcessAction::Stop, "stop uav 3"),
         fault(ProcessAction::Freeze, "freeze uav 3"),
@@ -81,16 +82,17 @@ fn every_event_has_its_level_name_and_text() {
          |! Info process.ready: leader is ready
          |!~Warning process.frozen: uav 3 is frozen (SIGSTOP)
          |! Info process.thawed: uav 3 is thawed (SIGCONT)
-         |! Error process.overdue: uav 3 was not ready in time; killed
-         |! Error process.overdue: leader stayed frozen for too long; killed
-         |! Warning process.silent: uav 3 has not answered for 0.2 s; flying on
-         |! Warning process.silent: no replacement was ready in time; flying on
+         |! Error process.overdue: uav 3 was not ready in time; killed: raise supervision.start_timeout_s
+         |! Error process.overdue: leader stayed frozen for too long; killed: raise supervision.answer_timeout_s
+         |! Warning process.silent: uav 3 has not answered for 0.2 s; flying on: raise supervision.answer_timeout_s if it is only slow
+         |! Warning process.silent: no replacement was ready in time; flying on: raise supervision.start_timeout_s
          |  Warning recorder.silent: the recorder has stopped reading; flying on
          |  Warning recorder.gap: tick 4 was lost before the recorder joined
          |  Warning recorder.gap: ticks 4 to 5 were lost with the recorder's predecessor
          |  Warning recorder.gap: ticks 4 to 5 were lost: the recorder fell behind
          |! Error ipc.connection: 2 connections of the world failed; is `ulimit -n` large enough?
          |! Warning run.interrupted: interrupted; ending the flight (interrupt again to kill it)
+         |! Warning run.paused: the run stood still for 3.2 s
          | ~Warning fault.kill: uav 3 is killed: kill uav 3
          | ~Warning fault.stop: uav 3 is stopped: stop uav 3
          | ~Warning fault.freeze: uav 3 is frozen: freeze uav 3
@@ -99,7 +101,7 @@ fn every_event_has_its_level_name_and_text() {
          |  Warning fault.refused: uav 3 is not frozen: thaw uav 3
          |  Warning fault.refused: there is no uav 9: thaw uav 3
          |! Info fault.requested: at 5 s kill uav 3
-         |! Warning fault.overdue: a fault was not applied in time; flying on
+         |! Warning fault.overdue: a fault was not applied in time; flying on: raise supervision.start_timeout_s
          | ~Info fault.link: link 2->3 loss 30 % for 2 s
          | ~Info fault.slow: slow uav 3 by 25 ms
          |  Info fault.healed: link 2->3 loss 30 % for 2 s";

@@ -24,22 +24,32 @@ impl Event {
             Self::ProcessReady { part } => format!("{part} is ready"),
             Self::ProcessFrozen { part } => format!("{part} is frozen (SIGSTOP)"),
             Self::ProcessThawed { part } => format!("{part} is thawed (SIGCONT)"),
-            Self::StartOverdue { part } => format!("{part} was not ready in time; killed"),
-            Self::ThawOverdue { part } => format!("{part} stayed frozen for too long; killed"),
-            Self::ProcessSilent { part, waited_s } => {
-                format!("{part} has not answered for {waited_s:.1} s; flying on")
+            Self::StartOverdue { part } => {
+                format!("{part} was not ready in time; killed: raise supervision.start_timeout_s")
             }
-            Self::ReplacementOverdue => "no replacement was ready in time; flying on".into(),
+            Self::ThawOverdue { part } => {
+                format!("{part} stayed frozen for too long; killed: raise supervision.answer_timeout_s")
+            }
+            Self::ProcessSilent { part, waited_s } => {
+                format!(
+                    "{part} has not answered for {waited_s:.1} s; flying on: raise supervision.answer_timeout_s if it is \
+                     only slow"
+                )
+            }
+            Self::ReplacementOverdue => {
+                "no replacement was ready in time; flying on: raise supervision.start_timeout_s".into()
+            }
             Self::RecorderSilent => "the recorder has stopped reading; flying on".into(),
             Self::RecorderGap { first_tick, last_tick, cause } => gap_text(*first_tick, *last_tick, *cause),
             Self::ConnectionsFailed { count } => {
                 format!("{count} connections of the world failed; is `ulimit -n` large enough?")
             }
             Self::RunInterrupted => "interrupted; ending the flight (interrupt again to kill it)".into(),
+            Self::RunPaused { seconds } => format!("the run stood still for {seconds:.1} s"),
             Self::ProcessFault { part, action, sentence } => format!("{part} {}: {sentence}", action.done()),
             Self::FaultRefused { part: Some(part), why, sentence } => format!("{part} {why}: {sentence}"),
             Self::FaultRefused { part: None, why, sentence } => format!("{why}: {sentence}"),
-            Self::FaultOverdue => "a fault was not applied in time; flying on".into(),
+            Self::FaultOverdue => "a fault was not applied in time; flying on: raise supervision.start_timeout_s".into(),
             Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }

@@ -26,6 +26,9 @@ use std::time::Duration;
 /// core. More lets a stuck process of a large swarm delay the flight for longer; less gives up processes that still
 /// wait for their turn.
 const START_SHARE_S: f64 = 0.02;
+/// Seconds that each UAV adds to the time in which a process must answer: ten times what a first tick takes on a slow core.
+/// More lets a stuck process of a large swarm hold the flight for longer; less gives up processes that wait for their turn.
+const ANSWER_SHARE_S: f64 = 0.005;
 
 /// Everything that decides a flight: the same scenario and build give the same flight, to the bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -96,6 +99,14 @@ impl Scenario {
     pub fn start_limit(&self) -> Duration {
         let start_s = self.supervision.start_timeout_s + START_SHARE_S * f64::from(self.formation.uavs);
         Duration::from_secs_f64(start_s)
+    }
+
+    /// How long a process may take to answer a tick in lockstep.
+    ///
+    /// The limit grows with the swarm: the last of many processes gets the processor late, above all in the first tick.
+    pub fn answer_limit(&self) -> Duration {
+        let answer_s = self.supervision.answer_timeout_s + ANSWER_SHARE_S * f64::from(self.formation.uavs);
+        Duration::from_secs_f64(answer_s)
     }
 
     /// The number of the last tick.

@@ -82,9 +82,9 @@ impl<'m, P: TickProbe> World<'m, P> {
         Self {
             airspace,
             answers: Answers::new(scenario.formation.uavs),
+            holds: Holds::new(scenario, ports.journal.depth()),
             ports,
             clock: clock(scenario),
-            holds: Holds::new(scenario),
             wall_clock: WallClock::new(),
             probe,
         }
