@@ -8,6 +8,7 @@ mod clean;
 mod compare;
 mod fault_command;
 mod launcher;
+mod log_room;
 mod real_time;
 mod recover_command;
 mod review;

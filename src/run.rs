@@ -5,6 +5,7 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
+    log_room,
     real_time::{Urgency, urgency},
     summary::Summary,
 };
@@ -107,7 +108,8 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
-    let Urgency { placement, lock_memory, notes } = urgency(args.placement.placement(), &scenario)?;
+    let Urgency { placement, lock_memory, mut notes } = urgency(args.placement.placement(), &scenario)?;
+    notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
         out: args.out.clone(),

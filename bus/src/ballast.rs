@@ -27,12 +27,7 @@ const IN_USE: u64 = 2;
 /// live run. Each makes the segment larger, though its memory is used only as far as a reader lags.
 const READERS: usize = 8;
 
-/// Memory of one UAV's ballast of `bytes` in each direction when both readers lag as far as they can, in bytes.
-pub(crate) fn bytes_in_flight(bytes: u64) -> u64 {
-    2 * samples_bytes(bytes)
-}
-
-/// Memory of one direction, in bytes.
+/// Memory of one direction when its reader lags as far as it can, in bytes.
 pub(crate) fn samples_bytes(bytes: u64) -> u64 {
     (DEPTH as u64 + IN_USE) * bytes
 }

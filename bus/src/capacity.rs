@@ -124,7 +124,7 @@ impl Capacity {
         let [most, least] = demand.journal_depths;
         let Some(MemorySpace { free, .. }) = self.memory else { return most };
         let left = free.saturating_sub(demand.memory_bytes(0)) / 2;
-        let fits = left / journal::lag_bytes(demand.uavs, 1);
+        let fits = left / journal::sample_bytes(demand.uavs) as u64;
         usize::try_from(fits).unwrap_or(usize::MAX).clamp(least, most)
     }
 
@@ -289,7 +289,7 @@ mod tests {
         assert!((50..400).contains(&depth), "{depth}");
         let refused = docker.admit(&demand(1000)).unwrap_err().to_string();
         assert!(refused.contains("a run of 1000 UAVs needs ") && refused.contains("free of 67.1 MB"), "{refused}");
-        assert!(refused.contains("--shm-size=112m"), "{refused}");
+        assert!(refused.contains("--shm-size=96m"), "{refused}");
     }
 
     #[test]

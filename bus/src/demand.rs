@@ -4,7 +4,11 @@
 //!
 //! Must never look at the machine: [`Capacity`](crate::Capacity) does.
 
-use crate::{BusError, Domain, ballast, domain::Reserve, journal};
+use crate::{
+    BusError, Domain, ballast,
+    domain::{Reserve, reserve},
+    journal,
+};
 use ringwing_flight::{Part, ProcessAction};
 use ringwing_scenario::{Scenario, Wake, fault::Action};
 use rustix::param::page_size;
@@ -91,8 +95,9 @@ impl Demand {
             + DESCRIPTORS_OF_WORLD_PER_LISTENER * events;
         Self {
             uavs,
+            // Each UAV with ballast has a segment in each direction.
             swarm_bytes: bytes(PAGES_PER_RUN + pages_per_uav * n)
-                + n * ballast::bytes_in_flight(ballast_bytes),
+                + 2 * n * ballast * reserve::pinned_bytes(ballast_bytes),
             successors_bytes: bytes(PAGES_PER_INCARNATION) * successors(scenario),
             files: FILES_PER_RUN
                 + n * (FILES_PER_UAV + FILES_PER_LISTENER * events + FILES_PER_BALLAST * ballast),
@@ -104,7 +109,7 @@ impl Demand {
     }
 
     /// Shared memory that the run takes if its journal keeps `depth` ticks, in bytes.
-    pub(crate) fn memory_bytes(&self, depth: usize) -> u64 {
+    pub fn memory_bytes(&self, depth: usize) -> u64 {
         self.swarm_bytes + self.successors_bytes + journal::lag_bytes(self.uavs, depth)
     }
 

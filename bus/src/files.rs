@@ -16,12 +16,12 @@ use std::{
 /// Writes `bytes` to the file `path`: first beside it, then to its place in one step. If that fails, the file stays as it
 /// was, and nothing else is left behind.
 pub fn write_whole(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
-    put_whole(path, |draft| fs::write(draft, bytes))
+    write_whole_by(path, |draft| fs::write(draft, bytes))
 }
 
 /// Copies the file `from` to `to`, which is complete or not there.
 pub fn copy_whole(from: &Path, to: &Path) -> io::Result<()> {
-    put_whole(to, |draft| fs::copy(from, draft).map(drop))
+    write_whole_by(to, |draft| fs::copy(from, draft).map(drop))
 }
 
 /// Gives `file` the disk space or memory for its first `bytes` now, so that a lack of it is an error here and not, much later,
@@ -37,7 +37,8 @@ pub(crate) fn allocate(file: &File, bytes: u64) -> io::Result<()> {
     }
 }
 
-fn put_whole(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
+/// Makes the file `path` in one step of what `write` writes to the draft whose name it gets.
+pub fn write_whole_by(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
     let draft = draft_of(path);
     write(&draft).and_then(|()| fs::rename(&draft, path)).inspect_err(|_| {
         // The first error says what is wrong. A draft that cannot be removed either changes nothing about it.

@@ -47,7 +47,8 @@ pub fn depth_max(uavs: u32) -> usize {
     DEPTH_MAX.min(BYTES_MAX / sample_bytes(uavs))
 }
 
-fn sample_bytes(uavs: u32) -> usize {
+/// Memory of one tick in the journal of a swarm of `uavs`, in bytes.
+pub(crate) fn sample_bytes(uavs: u32) -> usize {
     size_of::<JournalHeader>() + uavs as usize * size_of::<JournalEntry>() + SAMPLE_OVERHEAD
 }
 

@@ -55,7 +55,7 @@ pub use deadlines::{Deadlines, Lateness};
 pub use demand::Demand;
 pub use domain::{Domain, DomainId, DomainOwner};
 pub use error::BusError;
-pub use files::{copy_whole, write_whole};
+pub use files::{copy_whole, write_whole, write_whole_by};
 pub use gate::{Gate, Wait};
 pub use journal::{JournalReader, JournalWriter};
 pub use member::{Member, MemberArgs};

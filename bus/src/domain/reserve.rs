@@ -7,7 +7,8 @@
 //! Must never keep what the run does not need later: other runs need memory, too.
 
 use super::{Domain, entries, name_of};
-use crate::{BusError, Capacity, MemorySpace, files::allocate};
+use crate::{BusError, Capacity, MemorySpace, ballast, files::allocate};
+use rustix::param::page_size;
 use std::{
     fs::{self, File, OpenOptions},
     io,
@@ -77,7 +78,7 @@ impl Domain {
     ///
     /// A segment of rare messages gets only its beginning: iceoryx2 uses the same few samples again and again.
     pub fn pin_segments(&self, ballast_bytes: u32) -> Result<(), BusError> {
-        let most = PINNED_MAX.max(crate::ballast::samples_bytes(u64::from(ballast_bytes)));
+        let most = pinned_bytes(u64::from(ballast_bytes));
         let is_ours = |name: &str| name.starts_with(&self.id.segment_prefix()) && name.ends_with(DATA_SUFFIX);
         entries().filter(|entry| is_ours(&name_of(entry))).try_for_each(|entry| pin(entry.path(), most))
     }
@@ -88,6 +89,16 @@ impl Domain {
         let is_it = |name: &str| name.starts_with(&self.id.segment_prefix()) && name.ends_with(&end);
         entries().filter(|entry| is_it(&name_of(entry))).try_for_each(|entry| pin(entry.path(), bytes))
     }
+}
+
+/// Memory that [`Domain::pin_segments`] takes for a segment, at most, in bytes.
+pub(crate) fn pinned_bytes(ballast_bytes: u64) -> u64 {
+    PINNED_MAX.max(ballast::samples_bytes(ballast_bytes))
+}
+
+/// Memory that a new file with `length` bytes takes.
+pub(super) fn bytes_of_file(length: usize) -> u64 {
+    length.next_multiple_of(page_size()) as u64
 }
 
 /// Gives the first `bytes` of a segment their memory; a process that is about to end may have removed it already.

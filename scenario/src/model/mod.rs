@@ -157,3 +157,20 @@ impl Default for Scenario {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_limits_grow_with_the_number_of_processes() {
+        let limits = |uavs| {
+            let mut scenario = Scenario::default();
+            scenario.formation.uavs = uavs;
+            (scenario.start_limit().as_secs_f64(), scenario.answer_limit().as_secs_f64())
+        };
+        let ((start, answer), (long_start, long_answer)) = (limits(6), limits(1000));
+        assert!((10.0..11.0).contains(&start) && (2.0..2.1).contains(&answer), "{start} {answer}");
+        assert!(long_start >= 30.0 && long_answer >= 7.0, "{long_start} {long_answer}");
+    }
+}

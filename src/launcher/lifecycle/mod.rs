@@ -19,6 +19,9 @@ const START_LIMITS_PER_COPY: u32 = 30;
 /// goes on, its processes stop and wake one after another: with a shorter time the flight goes on without those that wake
 /// last. With a longer one the flight waits longer for a process that somebody has frozen.
 const STOP_GRACE: Duration = Duration::from_millis(250);
+/// The grace is at most one part in this many of the time in which a process must answer. With a smaller divisor the world
+/// may give up a frozen leader before it learns that it has to wait for a new one.
+const STOP_GRACES_PER_LIMIT: u32 = 4;
 
 /// How long the launcher waits for a process, and how often it replaces one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -413,11 +416,16 @@ impl Lifecycle {
     }
 
     fn on_clock(&mut self, now: Duration) -> Vec<Effect> {
-        if self.live().is_some_and(|live| live.halt == Halt::Stopped && live.waited(now) > STOP_GRACE) {
+        if self.live().is_some_and(|live| live.halt == Halt::Stopped && live.waited(now) > self.stop_grace()) {
             return self.note_frozen();
         }
         let Some(event) = self.overdue(now) else { return Vec::new() };
         self.signal(ProcessSignal::Kill, now).into_iter().chain([Effect::Log(event)]).collect()
+    }
+
+    /// How long a process may be stopped before the run takes note: less than the world waits for an answer.
+    fn stop_grace(&self) -> Duration {
+        STOP_GRACE.min(self.limits.freeze / STOP_GRACES_PER_LIMIT)
     }
 
     /// Takes note of a process that somebody has stopped and that does not go on. Its time limits go on counting.
