@@ -20,8 +20,7 @@ pub(crate) fn warning(scenario: &Scenario, out: &Path) -> Option<String> {
 }
 
 fn warning_for(scenario: &Scenario, out: &Path, free: u64) -> Option<String> {
-    let needed =
-        BYTES_PER_UAV_AND_TICK * f64::from(scenario.formation.uavs) * scenario.last_tick() as f64;
+    let needed = BYTES_PER_UAV_AND_TICK * f64::from(scenario.formation.uavs) * scenario.last_tick() as f64;
     (needed > free as f64).then(|| {
         format!(
             "the log will have about {:.0} MB, and {} has room for {:.0} MB: make room, choose another folder with `--out`, \

@@ -95,12 +95,7 @@ fn crowded_on(cores: usize, processes: u32) -> Option<String> {
     })
 }
 
-fn examine(
-    read: ReadFile,
-    activity: Option<Activity>,
-    capacity: &Capacity,
-    is_debug_build: bool,
-) -> Machine {
+fn examine(read: ReadFile, activity: Option<Activity>, capacity: &Capacity, is_debug_build: bool) -> Machine {
     let found = |(name, find): &Fact| (String::from(*name), find(read).unwrap_or_else(|| UNREADABLE.into()));
     let mut facts: Vec<_> = FACTS.iter().map(found).collect();
     facts.push(("shared memory".into(), capacity.memory.map_or(UNREADABLE.into(), shared_memory)));

@@ -115,7 +115,8 @@ impl Capacity {
     /// Says so if shared memory is full: then a process that was killed by SIGBUS found no page to write to.
     pub fn full_memory(&self) -> Option<Shortage> {
         let MemorySpace { free, total } = self.memory?;
-        (free < FULL_BYTES).then(|| Shortage(vec![format!("{SHARED_MEMORY} is full: {}", enlarge(2 * total))]))
+        (free < FULL_BYTES)
+            .then(|| Shortage(vec![format!("{SHARED_MEMORY} is full: {}", enlarge(2 * total))]))
     }
 
     /// As many ticks as the run would like, but at most what fits into half of the memory that it leaves: a recorder seldom
@@ -285,10 +286,15 @@ mod tests {
     fn little_memory_makes_the_journal_shorter_before_it_refuses_the_run() {
         let docker = with_memory(64 << 20, 64 << 20);
         assert_eq!(docker.admit(&demand(30)), Ok(1024));
-        let depth = docker.admit(&demand(300)).unwrap();
-        assert!((50..400).contains(&depth), "{depth}");
+        for uavs in [300, 600] {
+            let depth = docker.admit(&demand(uavs)).unwrap();
+            assert!((50..400).contains(&depth), "{uavs} UAVs: {depth} ticks");
+        }
         let refused = docker.admit(&demand(1000)).unwrap_err().to_string();
-        assert!(refused.contains("a run of 1000 UAVs needs ") && refused.contains("free of 67.1 MB"), "{refused}");
+        assert!(
+            refused.contains("a run of 1000 UAVs needs ") && refused.contains("free of 67.1 MB"),
+            "{refused}"
+        );
         assert!(refused.contains("--shm-size=96m"), "{refused}");
     }
 
@@ -308,8 +314,12 @@ mod tests {
             tasks: Some(TaskSpace { left: 5, limit: TaskLimit::User }),
         };
         let said = poor.admit(&demand(6)).unwrap_err().to_string();
-        for part in ["nr_inodes=0", "`ulimit -n` allows 100", "`ulimit -f` allows 1.0 MB", "`ulimit -u` leaves this user 5"]
-        {
+        for part in [
+            "nr_inodes=0",
+            "`ulimit -n` allows 100",
+            "`ulimit -f` allows 1.0 MB",
+            "`ulimit -u` leaves this user 5",
+        ] {
             assert!(said.contains(part), "{said}");
         }
         let group = TaskSpace { left: 5, limit: TaskLimit::Group };

@@ -30,7 +30,7 @@ const PAGES_PER_BALLAST: u64 = 9;
 const PAGES_PER_LINK_COUNTS: u64 = 16;
 /// Pages of a new process in place of one that has ended: its boards and its node. The old ones stay until all readers have
 /// moved on.
-const PAGES_PER_INCARNATION: u64 = 20;
+const PAGES_PER_INCARNATION: u64 = 28;
 /// New processes for which there is room although no fault of the scenario asks for them. With fewer, a lost process may
 /// find no memory for its successor; more make each run take more.
 const SPARE_INCARNATIONS: u64 = 8;
@@ -191,13 +191,14 @@ mod tests {
         let ballast = |bytes| demand(6, |scenario| scenario.ipc.payload_bytes = bytes).swarm_bytes;
         assert!(ballast(16) > plain);
         assert!(ballast(1 << 20) - ballast(16) > 6 * 4 * (1 << 20), "{}", ballast(1 << 20));
-        let fault = |sentence: &str| {
-            demand(6, |scenario| scenario.faults = vec![sentence.parse().unwrap()])
-        };
+        let fault = |sentence: &str| demand(6, |scenario| scenario.faults = vec![sentence.parse().unwrap()]);
         assert!(fault("at 1 s link all loss 30 %").swarm_bytes > plain);
         let spare = SPARE_INCARNATIONS * successor_bytes();
         assert_eq!(fault("at 1 s freeze uav 3").successors_bytes, spare);
-        assert_eq!(fault("at 1 s restart all uavs after 1 s").successors_bytes, spare + 6 * successor_bytes());
+        assert_eq!(
+            fault("at 1 s restart all uavs after 1 s").successors_bytes,
+            spare + 6 * successor_bytes()
+        );
         let flapping = fault("at 1 s flap all uavs every 1 s for 60 s").successors_bytes;
         assert_eq!(flapping, spare + 2 * 8 * successor_bytes(), "not one for each of 360 kills");
     }

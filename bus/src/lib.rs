@@ -63,7 +63,8 @@ pub use node::create_node;
 pub use placement::{Placement, PlacementError};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
 pub use process::{
-    close_files_on_spawn, die_with, heeded, is_running, raise_open_files_limit, stop_self, survive_file_size_limit,
+    close_files_on_spawn, die_with, heeded, is_running, raise_open_files_limit, stop_self,
+    survive_file_size_limit,
 };
 pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};

@@ -14,7 +14,9 @@ use super::{
     progress::Progress,
     spawner::{Spawner, send_signal},
 };
-use ringwing_bus::{AwakeClock, Capacity, Domain, Gate, Patience, Stamps, domain::Reserve, is_running, report};
+use ringwing_bus::{
+    AwakeClock, Capacity, Domain, Gate, Patience, Stamps, domain::Reserve, is_running, report,
+};
 use ringwing_flight::{Event, EventMessage, Pace, Part, ProcessEnd, Tick, TimedEvent, WorldReport};
 use ringwing_scenario::Scenario;
 use signal_hook::consts::SIGBUS;

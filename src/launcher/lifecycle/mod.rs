@@ -416,7 +416,8 @@ impl Lifecycle {
     }
 
     fn on_clock(&mut self, now: Duration) -> Vec<Effect> {
-        if self.live().is_some_and(|live| live.halt == Halt::Stopped && live.waited(now) > self.stop_grace()) {
+        if self.live().is_some_and(|live| live.halt == Halt::Stopped && live.waited(now) > self.stop_grace())
+        {
             return self.note_frozen();
         }
         let Some(event) = self.overdue(now) else { return Vec::new() };
