@@ -46,8 +46,6 @@ fn an_interrupt_at_any_moment_during_startup_leaves_nothing_behind() {
             .spawn()
             .unwrap();
         std::thread::sleep(Duration::from_millis(milliseconds));
-        // SIGTERM, because a shell starts background commands with SIGINT ignored: if the tests run in the background, a
-        // SIGINT is lost until the launcher has installed its handler.
         send(child.id(), Signal::TERM);
         let launcher = child.id();
         wait_until("the run ends", || child.try_wait().unwrap());

@@ -69,16 +69,40 @@ pub enum TaskLimit {
 #[error("{}", .0.join("; "))]
 pub struct Shortage(Vec<String>);
 
+impl MemorySpace {
+    /// Looks at `/dev/shm`; `None` if it has no limit, or does not say.
+    pub fn look() -> Option<Self> {
+        // A file system of no size at all has no limit.
+        let space = statvfs(SHARED_MEMORY).ok().filter(|space| space.f_blocks > 0)?;
+        Some(Self { free: space.f_bavail * space.f_frsize, total: space.f_blocks * space.f_frsize })
+    }
+}
+
+impl Shortage {
+    /// For `what`, which needs `needed` bytes of shared memory that are not free.
+    pub(crate) fn of_memory(what: &str, needed: u64, MemorySpace { free, total }: MemorySpace) -> Self {
+        Self(vec![format!(
+            "{what} needs {} of shared memory, and {SHARED_MEMORY} has {} free of {}: {}, or end other runs",
+            megabytes(needed),
+            megabytes(free),
+            megabytes(total),
+            enlarge((total + needed).saturating_sub(free))
+        )])
+    }
+
+    /// Says so if shared memory is full: then a process that was killed by SIGBUS found no page to write to.
+    pub fn of_full_memory() -> Option<Self> {
+        let MemorySpace { free, total } = MemorySpace::look()?;
+        (free < FULL_BYTES).then(|| Self(vec![format!("{SHARED_MEMORY} is full: {}", enlarge(2 * total))]))
+    }
+}
+
 impl Capacity {
     /// Looks at the machine.
     pub fn look() -> Self {
         let space = statvfs(SHARED_MEMORY).ok();
         Self {
-            // A file system of no size at all has no limit.
-            memory: space.as_ref().filter(|space| space.f_blocks > 0).map(|space| MemorySpace {
-                free: space.f_bavail * space.f_frsize,
-                total: space.f_blocks * space.f_frsize,
-            }),
+            memory: MemorySpace::look(),
             files: space.filter(|space| space.f_files > 0).map(|space| space.f_favail),
             descriptors: getrlimit(Resource::Nofile).maximum,
             file_bytes: getrlimit(Resource::Fsize).current,
@@ -100,25 +124,6 @@ impl Capacity {
         if lacks.is_empty() { Ok(depth) } else { Err(Shortage(lacks)) }
     }
 
-    /// The error for `what`, which needs `needed` bytes of shared memory that are not free.
-    pub(crate) fn lack_of_memory(&self, what: &str, needed: u64) -> Shortage {
-        let MemorySpace { free, total } = self.memory.unwrap_or(MemorySpace { free: 0, total: 0 });
-        Shortage(vec![format!(
-            "{what} needs {} of shared memory, and {SHARED_MEMORY} has {} free of {}: {}, or end other runs",
-            megabytes(needed),
-            megabytes(free),
-            megabytes(total),
-            enlarge(total - free + needed)
-        )])
-    }
-
-    /// Says so if shared memory is full: then a process that was killed by SIGBUS found no page to write to.
-    pub fn full_memory(&self) -> Option<Shortage> {
-        let MemorySpace { free, total } = self.memory?;
-        (free < FULL_BYTES)
-            .then(|| Shortage(vec![format!("{SHARED_MEMORY} is full: {}", enlarge(2 * total))]))
-    }
-
     /// As many ticks as the run would like, but at most what fits into half of the memory that it leaves: a recorder seldom
     /// lags that far, and other runs need memory, too.
     fn journal_depth(&self, demand: &Demand) -> usize {
@@ -130,11 +135,10 @@ impl Capacity {
     }
 
     fn lacks_memory(&self, demand: &Demand, depth: usize) -> Option<String> {
-        let MemorySpace { free, .. } = self.memory?;
-        let needed = demand.memory_bytes(depth);
-        (needed > free).then(|| {
-            let Shortage(lacks) = self.lack_of_memory(&format!("a run of {} UAVs", demand.uavs), needed);
-            lacks.join("; ") + ", or fly fewer UAVs"
+        let (needed, space) = (demand.memory_bytes(depth), self.memory?);
+        (needed > space.free).then(|| {
+            let what = format!("a run of {} UAVs", demand.uavs);
+            format!("{}, or fly fewer UAVs", Shortage::of_memory(&what, needed, space))
         })
     }
 

@@ -15,7 +15,7 @@ use super::{
     spawner::{Spawner, send_signal},
 };
 use ringwing_bus::{
-    AwakeClock, Capacity, Domain, Gate, Patience, Stamps, domain::Reserve, is_running, report,
+    AwakeClock, Domain, Gate, Patience, Shortage, Stamps, domain::Reserve, is_running, report,
 };
 use ringwing_flight::{Event, EventMessage, Pace, Part, ProcessEnd, Tick, TimedEvent, WorldReport};
 use ringwing_scenario::Scenario;
@@ -32,6 +32,9 @@ const BUSY_WAIT: Duration = Duration::from_millis(1);
 /// Longest wait for a notice otherwise. Longer makes the progress line and real-time faults late; shorter wakes the
 /// launcher for nothing while others need the processor.
 const IDLE_WAIT: Duration = Duration::from_millis(20);
+/// How long processes may take to leave at least, once the flight is over. The recorder closes its log meanwhile: a shorter
+/// limit kills it on a slow disk.
+const LEAVE_LIMIT: Duration = Duration::from_secs(10);
 
 /// A run, from its first process to its last.
 pub(super) struct Supervisor<'a> {
@@ -174,8 +177,8 @@ impl<'a> Supervisor<'a> {
 
     /// Waits until all processes have left by themselves; kills frozen ones at once and late ones after a time limit.
     fn wait_for_ends(&mut self) -> Result<(), LaunchError> {
-        // As long as they may take to start. The recorder closes its log meanwhile, perhaps on a slow disk.
-        let limit = self.plan.scenario.start_limit();
+        // A large swarm takes as long to leave as to start.
+        let limit = self.plan.scenario.start_limit().max(LEAVE_LIMIT);
         let (mut patience, mut is_late) = (Patience::of(limit), false);
         while !self.processes.living().is_empty() {
             for part in self.processes.frozen() {
@@ -373,8 +376,7 @@ impl<'a> Supervisor<'a> {
 
 /// Why `part` came to its `end`, if the reason is that shared memory is full.
 fn full_memory(part: Part, end: ProcessEnd) -> Option<String> {
-    let is_bus_error = end == ProcessEnd::Killed(SIGBUS);
-    let full = Capacity::look().full_memory().filter(|_| is_bus_error)?;
+    let full = (end == ProcessEnd::Killed(SIGBUS)).then(Shortage::of_full_memory)??;
     Some(format!("{part} {end} (SIGBUS): {full}"))
 }
 

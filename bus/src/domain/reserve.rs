@@ -7,7 +7,7 @@
 //! Must never keep what the run does not need later: other runs need memory, too.
 
 use super::{Domain, entries, name_of};
-use crate::{BusError, Capacity, MemorySpace, ballast, files::allocate};
+use crate::{BusError, MemorySpace, Shortage, ballast, files::allocate};
 use rustix::param::page_size;
 use std::{
     fs::{self, File, OpenOptions},
@@ -66,9 +66,9 @@ impl Domain {
     /// Makes sure that `bytes` are free for the successor of a lost process; takes them out of the reserve if there is one.
     pub(crate) fn make_room(&self, bytes: u64) -> Result<(), BusError> {
         self.release_part(Reserve::Successors, bytes);
-        match Capacity::look().memory {
-            Some(MemorySpace { free, .. }) if free < bytes => {
-                Err(Capacity::look().lack_of_memory("the next process", bytes).into())
+        match MemorySpace::look() {
+            Some(space) if space.free < bytes => {
+                Err(Shortage::of_memory("the next process", bytes, space).into())
             }
             _ => Ok(()),
         }
@@ -110,8 +110,10 @@ fn pin(path: PathBuf, bytes: u64) -> Result<(), BusError> {
 }
 
 fn lack(what: &str, bytes: u64, error: io::Error, path: PathBuf) -> BusError {
-    match error.kind() {
-        io::ErrorKind::StorageFull => Capacity::look().lack_of_memory(what, bytes).into(),
+    match MemorySpace::look() {
+        Some(space) if error.kind() == io::ErrorKind::StorageFull => {
+            Shortage::of_memory(what, bytes, space).into()
+        }
         _ => BusError::file(path)(error),
     }
 }
@@ -143,7 +145,7 @@ mod tests {
     fn more_than_there_is_cannot_be_set_aside() {
         let (owner, _gate) = DomainOwner::create("").unwrap();
         // Skip where shared memory has no limit.
-        let Some(MemorySpace { total, .. }) = Capacity::look().memory else { return };
+        let Some(MemorySpace { total, .. }) = MemorySpace::look() else { return };
         let error = owner.domain().set_aside(Reserve::Journal, total * 2).unwrap_err().to_string();
         assert!(error.contains("of shared memory") && error.contains("--shm-size"), "{error}");
         assert!(owner.domain().make_room(total * 2).is_err());
