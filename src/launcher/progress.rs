@@ -2,6 +2,7 @@
 //!
 //! Must never stop a run because stderr is closed.
 
+use crate::summary::real_time_factor;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ringwing_flight::{FormationError, Level, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
@@ -69,10 +70,11 @@ impl<'a> Progress<'a> {
         self.last_tick = tick.max(Tick(0));
         let elapsed_s = self.begin.get_or_insert_with(Instant::now).elapsed().as_secs_f64();
         let flown_s = self.last_tick.seconds(self.scenario.time.rate_hz);
-        let factor = if elapsed_s > 0.0 { flown_s / elapsed_s } else { 0.0 };
+        // In the first moments there is nothing to tell yet: the clock starts with this line.
+        let pace = real_time_factor(flown_s, elapsed_s).map_or_else(String::new, |factor| format!(" at {factor:.0}x"));
         let (formation, events) = (self.formation_text(), self.events);
         self.bar.set_position(self.last_tick.0.cast_unsigned());
-        self.bar.set_message(format!("{flown_s:.1} s at {factor:.0}x, {formation}, {events} events"));
+        self.bar.set_message(format!("{flown_s:.1} s{pace}, {formation}, {events} events"));
     }
 
     fn formation_text(&self) -> String {
@@ -80,7 +82,7 @@ impl<'a> Progress<'a> {
             return "formation not measured yet".into();
         };
         let uavs = self.scenario.formation.uavs;
-        format!("{commanded} of {uavs} in formation, slot error {slot_error_max_m:.2} m")
+        format!("{commanded} of {uavs} on command, largest slot error {slot_error_max_m:.2} m")
     }
 
     /// The last tick that was shown.

@@ -85,7 +85,7 @@ impl<'m, P: TickProbe> World<'m, P> {
             ports,
             clock: clock(scenario),
             holds: Holds::new(scenario),
-            wall_clock: WallClock::new(),
+            wall_clock: WallClock::default(),
             probe,
         }
     }
