@@ -237,7 +237,7 @@ impl<'a, R> FaultQueue<'a, R> {
         let fault = Fault { at_s: begin.seconds(self.scenario.time.rate_hz), action };
         let event = Event::FaultRequested { sentence: fault.to_string() };
         self.faults.push(fault.clone());
-        self.enqueue(&fault, begin);
+        self.enqueue(&fault);
         self.accepted.push(AcceptedRequest { reply: request.reply, fault, refusals: Vec::new() });
         Ok(event)
     }
@@ -289,8 +289,8 @@ impl<'a, R> FaultQueue<'a, R> {
         difference(&after, &before)
     }
 
-    /// Puts the actions and announcements of a new fault, which begins at `begin`, behind those of the same ticks.
-    fn enqueue(&mut self, fault: &Fault, begin: Tick) {
+    /// Puts the actions and announcements of a new fault behind those of the same ticks.
+    fn enqueue(&mut self, fault: &Fault) {
         let alone = self.scenario.schedule_of(std::slice::from_ref(fault));
         let mut events = alone.announcements();
         if let Action::Heal(_) = fault.action {
