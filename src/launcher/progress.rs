@@ -2,9 +2,8 @@
 //!
 //! Must never stop a run because stderr is closed.
 
-use crate::summary::real_time_factor;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_flight::{FormationError, Level, Tick, TimedEvent};
+use ringwing_flight::{FormationError, Level, Tick, TimedEvent, real_time_factor};
 use ringwing_scenario::Scenario;
 use std::{
     io::{self, Write},

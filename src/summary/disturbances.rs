@@ -2,7 +2,7 @@
 //!
 //! Never computes a value; each is in the flight's summary already.
 
-use super::text::{NOT_SEEN, line};
+use super::line::{NOT_SEEN, line};
 use ringwing_recorder::metrics::{ChanceEvent, FaultRecovery, FlightSummary, UnplannedLoss};
 use std::fmt;
 

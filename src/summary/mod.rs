@@ -3,13 +3,14 @@
 //! Never reports 0 for a value that does not exist: the value is null in the JSON and a dash in the text.
 
 mod disturbances;
+mod line;
 mod text;
 
 use crate::{
     FAILED, VIOLATED,
     launcher::{LOG, Outcome},
 };
-use ringwing_flight::{Collider, Collision, Latency, WorldReport};
+use ringwing_flight::{Collider, Collision, Latency, WorldReport, real_time_factor};
 use ringwing_recorder::{
     judge,
     metrics::{FlightSummary, ObstacleSummary},
@@ -17,11 +18,6 @@ use ringwing_recorder::{
 use ringwing_scenario::Scenario;
 use serde::Serialize;
 use std::process::ExitCode;
-
-/// Shortest wall-clock time of a flight whose real-time factor is measured, in seconds. The launcher notices the begin and
-/// the end of a flight a millisecond late, so the factor of a shorter one would be noise; a larger bound hides the factor of
-/// short flights.
-const MEASURABLE_S: f64 = 0.01;
 
 /// The verdict on a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -273,11 +269,6 @@ impl Summary {
     pub(crate) fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a summary has only strings for keys")
     }
-}
-
-/// How many times faster than the wall clock the flight was; `None` if it was too short to tell.
-pub(crate) fn real_time_factor(simulated_s: f64, wall_s: f64) -> Option<f64> {
-    (wall_s >= MEASURABLE_S && simulated_s > 0.0).then(|| simulated_s / wall_s)
 }
 
 /// The failures of the run and the requirements that it violated.

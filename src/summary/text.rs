@@ -5,6 +5,7 @@
 use super::{
     Summary, Verdict,
     disturbances::{write_chance, write_losses, write_recoveries},
+    line::{NOT_SEEN, line},
 };
 use ringwing_flight::Latency;
 use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary};
@@ -15,9 +16,6 @@ const LISTED_UAVS: usize = 12;
 /// UAVs named after an obstacle that repelled them; the summary only counts the others. More names make the line too
 /// long for a terminal.
 const LISTED_REPELLED: usize = 6;
-
-/// What is written for a value that the flight was too short to measure.
-pub(super) const NOT_SEEN: &str = "not seen to the end";
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -39,11 +37,6 @@ impl fmt::Display for Summary {
         self.write_world(f)?;
         self.write_verdict(f)
     }
-}
-
-/// Writes one line: a label, its value and a remark.
-pub(super) fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
-    writeln!(f, "{}", format!("  {label:<34} {value:<14} {remark}").trim_end())
 }
 
 /// A distance with its unit, or a dash if it does not exist.
