@@ -23,6 +23,8 @@ pub fn judge(scenario: &Scenario, summary: &FlightSummary, collisions: Option<us
     violations.extend(required.separation_min_m.and_then(|least_m| judge_separation(least_m, summary)));
     violations.extend(required.settling_max_s.and_then(|most_s| judge_settling(most_s, summary)));
     violations.extend(required.slot_error_max_m.and_then(|most_m| judge_slot_error(most_m, summary)));
+    violations
+        .extend(required.turn_rate_saturated_share_max.and_then(|most| judge_saturation(most, summary)));
     violations.extend(judge_losses(required.unplanned_losses_max, summary));
     violations.extend(judge_chance(required, summary));
     violations
@@ -56,23 +58,19 @@ fn judge_clearances(least_m: f64, scenario: &Scenario, summary: &FlightSummary) 
     if scenario.obstacles.is_empty() {
         return vec![format!("clearance not measured, as there is no obstacle, required at least {least_m} m")];
     }
-    let judged = scenario.obstacles.iter().filter_map(|obstacle| {
-        // Obstacles may share a name, and then each of them is judged by the closest approach to any.
-        let named = summary.obstacles.iter().filter(|measured| measured.name == obstacle.name);
-        match named.min_by(|one, other| one.clearance_m.total_cmp(&other.clearance_m)) {
-            None => {
-                Some(format!("clearance of {} not measured, required at least {least_m} m", obstacle.name))
-            }
-            Some(closest) if closest.clearance_m < least_m => Some(format!(
-                "clearance of {} {:.2} m (uav {} at {:.2} s), required at least {least_m} m",
-                closest.name, closest.clearance_m, closest.uav, closest.time_s
-            )),
-            Some(_) => None,
-        }
+    let has_clearance = |name: &str| summary.obstacles.iter().any(|measured| measured.name == name);
+    let missing = scenario.obstacles.iter().filter(|obstacle| !has_clearance(&obstacle.name));
+    let missing = missing.map(|obstacle| {
+        format!("clearance of {} not measured, required at least {least_m} m", obstacle.name)
     });
-    let mut violations: Vec<String> = judged.collect();
-    violations.dedup();
-    violations
+    let too_close = summary.obstacles.iter().filter(|measured| measured.clearance_m < least_m);
+    let too_close = too_close.map(|measured| {
+        format!(
+            "clearance of {} {:.2} m (uav {} at {:.2} s), required at least {least_m} m",
+            measured.name, measured.clearance_m, measured.uav, measured.time_s
+        )
+    });
+    missing.chain(too_close).collect()
 }
 
 fn judge_separation(least_m: f64, summary: &FlightSummary) -> Option<String> {
@@ -115,6 +113,18 @@ fn judge_slot_error(most_m: f64, summary: &FlightSummary) -> Option<String> {
             let whose = worst.map_or_else(String::new, |uav| format!(" (uav {})", uav.uav));
             Some(format!("largest slot error at the end {error_m:.3} m{whose}, required at most {most_m} m"))
         }
+        Some(_) => None,
+    }
+}
+
+fn judge_saturation(most: f64, summary: &FlightSummary) -> Option<String> {
+    let most_percent = 100.0 * most;
+    match summary.turn_rate_saturated_share {
+        None => Some(format!("turn rates of commands not measured, required cut in at most {most_percent} %")),
+        Some(share) if share > most => Some(format!(
+            "turn rate cut in {:.1} % of the commands, required in at most {most_percent} %",
+            100.0 * share
+        )),
         Some(_) => None,
     }
 }

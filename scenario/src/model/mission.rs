@@ -95,6 +95,9 @@ pub struct RequirementsSection {
     /// Largest distance of a UAV from its slot at the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slot_error_max_m: Option<f64>,
+    /// Largest share of commands whose turn rate Eq. (12) cuts: a swarm that is thrown about turns as hard as it can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turn_rate_saturated_share_max: Option<f64>,
     /// Largest number of processes that end, or freeze for good, although no fault of the run asked for it.
     pub unplanned_losses_max: u32,
     /// Whether chance may have no part in the flight: neither real time, nor faults asked for during the flight, nor

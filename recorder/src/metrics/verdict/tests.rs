@@ -1,7 +1,7 @@
 use super::*;
 use crate::{
     Metrics,
-    metrics::{ClosestPair, Frame, ObstacleSummary},
+    metrics::{ClosestPair, Frame, ObstacleSummary, UavFrame},
     testing,
 };
 use ringwing_flight::{AfterLoss, Event, FlightMode, Part, ProcessEnd, Tick, TimedEvent, UavId};
@@ -17,6 +17,7 @@ fn strict(uavs: u32) -> Scenario {
         separation_min_m: Some(10.0),
         settling_max_s: Some(20.0),
         slot_error_max_m: Some(0.05),
+        turn_rate_saturated_share_max: Some(0.25),
         unplanned_losses_max: 0,
         repeatable: true,
     };
@@ -44,13 +45,14 @@ fn kill(frame: &mut Frame, number: usize) {
     uav.control = None;
 }
 
-const NOT_MEASURED: [&str; 6] = [
+const NOT_MEASURED: [&str; 7] = [
     "no tick of the flight was measured",
     "collisions not measured, required at most 0",
     "clearance of tower not measured, required at least 2 m",
     "closest pair not measured, as no two UAVs flew, required at least 10 m",
     "settling not measured, required within 20 s",
     "largest slot error at the end not measured, required at most 0.05 m",
+    "turn rates of commands not measured, required cut in at most 25 %",
 ];
 
 #[test]
@@ -69,13 +71,15 @@ fn a_flight_without_a_tick_meets_no_requirement() {
 #[test]
 fn an_empty_sky_meets_no_requirement_but_that_it_had_no_collision() {
     let scenario = strict(6);
-    let summary = flown(&scenario, 100, |_, frame| frame.uavs.iter_mut().for_each(|uav| uav.state = None));
+    let nothing = |_, frame: &mut Frame| frame.uavs.iter_mut().for_each(|uav| *uav = UavFrame::default());
+    let summary = flown(&scenario, 100, nothing);
     let expected = [
         "no UAV flies on command at the end",
         NOT_MEASURED[2],
         NOT_MEASURED[3],
         "the formation never settled, required within 20 s",
         NOT_MEASURED[5],
+        NOT_MEASURED[6],
     ];
     assert_eq!(judged(&scenario, &summary), expected);
 }
@@ -155,6 +159,7 @@ fn flight(clearance_m: f64, distance_m: f64, settling_s: f64, slot_error_m: f64)
         commanded: 6,
         settling_s: Some(settling_s),
         slot_error_max_m: Some(slot_error_m),
+        turn_rate_saturated_share: Some(0.25),
         closest_pair: Some(ClosestPair { distance_m, uav: 2, other: 5, time_s: 12.31 }),
         obstacles: vec![ObstacleSummary { name, clearance_m, uav: 3, time_s: 60.0, repelled: vec![3] }],
         ..FlightSummary::default()
@@ -168,7 +173,8 @@ fn a_flight_at_its_limits_passes() {
 
 #[test]
 fn each_violation_names_what_was_and_what_was_required() {
-    let summary = flight(-0.5, 1.3, 31.4, 0.7);
+    let summary =
+        FlightSummary { turn_rate_saturated_share: Some(0.2508), ..flight(-0.5, 1.3, 31.4, 0.7) };
     assert_eq!(
         judge(&strict(6), &summary, Some(1)),
         [
@@ -177,6 +183,7 @@ fn each_violation_names_what_was_and_what_was_required() {
             "closest pair 1.30 m (uav 2 and 5 at 12.31 s), required at least 10 m",
             "the formation settled at 31.40 s, required within 20 s",
             "largest slot error at the end 0.700 m, required at most 0.05 m",
+            "turn rate cut in 25.1 % of the commands, required in at most 25 %",
         ]
     );
     assert_eq!(judge(&strict(6), &summary, None)[0], NOT_MEASURED[1]);
