@@ -53,16 +53,20 @@ fn the_airframe_of_a_killed_agent_goes_into_its_failsafe() {
         assert_eq!((&loss["process"], &loss["signal"]), (&"uav 3".into(), &9.into()), "{loss}");
         let violations = run.summary["violations"].to_string();
         assert!(violations.contains("uav 3 killed by signal 9 (SIGKILL) at "), "{violations}");
-        assert_eq!((&run.summary["unplanned_losses"], &run.summary["repeatable"]), (&1.into(), &false.into()));
+        assert_eq!(
+            (&run.summary["unplanned_losses"], &run.summary["repeatable"]),
+            (&1.into(), &false.into())
+        );
     }
 }
 
 #[test]
 fn losses_count_for_the_verdict_unless_as_many_are_allowed() {
-    let losses = [(Part::Agent(UavId(2)), Signal::ABORT), (AGENT, Signal::KILL), (Part::Recorder, Signal::KILL)];
+    let losses =
+        [(Part::Agent(UavId(2)), Signal::ABORT), (AGENT, Signal::KILL), (Part::Recorder, Signal::KILL)];
     for (allowed, code) in [(2, 3), (3, 0)] {
         let run = Swarm::fly("dropout")
-            .with("--duration 300 --set faults=[]")
+            .with("--duration 300 --set faults=[] --set separation_min_m=0")
             .with(&format!("--set unplanned_losses_max={allowed}"))
             .start();
         for (second, (part, signal)) in [20.0, 40.0, 60.0].into_iter().zip(losses) {

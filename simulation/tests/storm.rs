@@ -21,7 +21,8 @@ fn assert_the_laws_are_told_apart(seeds: impl Iterator<Item = u64>) {
             scope.spawn(move || assert_eq!(violations("resilient", seed), [""; 0], "seed {seed}"));
             scope.spawn(move || {
                 let paper = violations("paper", seed);
-                let is_thrown_about = paper.iter().any(|violation| violation.starts_with("turn rate cut in "));
+                let is_thrown_about =
+                    paper.iter().any(|violation| violation.starts_with("turn rate cut in "));
                 assert!(is_thrown_about, "seed {seed}: {paper:?}");
             });
         });

@@ -73,5 +73,7 @@ fn a_formation_that_was_not_seen_to_settle_says_so() {
     assert!(text(flown()).contains("never"));
     assert!(!unfinished.contains("UAVs on command"));
     let alone = text(FlightSummary { commanded: 1, ..flown() });
-    assert!(alone.lines().any(|line| line.contains("UAVs on command at the end") && line.ends_with("1 of 6")));
+    assert!(
+        alone.lines().any(|line| line.contains("UAVs on command at the end") && line.ends_with("1 of 6"))
+    );
 }

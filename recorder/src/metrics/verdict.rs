@@ -19,7 +19,8 @@ pub fn judge(scenario: &Scenario, summary: &FlightSummary, collisions: Option<us
     let mut violations: Vec<String> = judge_end(summary).into_iter().collect();
     violations.extend(summary.broke_lockstep.as_ref().map(broken_lockstep));
     violations.extend(required.collisions_max.and_then(|most| judge_collisions(most, collisions)));
-    violations.extend(required.clearance_min_m.into_iter().flat_map(|m| judge_clearances(m, scenario, summary)));
+    violations
+        .extend(required.clearance_min_m.into_iter().flat_map(|m| judge_clearances(m, scenario, summary)));
     violations.extend(required.separation_min_m.and_then(|least_m| judge_separation(least_m, summary)));
     violations.extend(required.settling_max_s.and_then(|most_s| judge_settling(most_s, summary)));
     violations.extend(required.slot_error_max_m.and_then(|most_m| judge_slot_error(most_m, summary)));
@@ -56,7 +57,9 @@ fn judge_collisions(most: u32, collisions: Option<usize>) -> Option<String> {
 
 fn judge_clearances(least_m: f64, scenario: &Scenario, summary: &FlightSummary) -> Vec<String> {
     if scenario.obstacles.is_empty() {
-        return vec![format!("clearance not measured, as there is no obstacle, required at least {least_m} m")];
+        return vec![format!(
+            "clearance not measured, as there is no obstacle, required at least {least_m} m"
+        )];
     }
     let has_clearance = |name: &str| summary.obstacles.iter().any(|measured| measured.name == name);
     let missing = scenario.obstacles.iter().filter(|obstacle| !has_clearance(&obstacle.name));
@@ -120,7 +123,9 @@ fn judge_slot_error(most_m: f64, summary: &FlightSummary) -> Option<String> {
 fn judge_saturation(most: f64, summary: &FlightSummary) -> Option<String> {
     let most_percent = 100.0 * most;
     match summary.turn_rate_saturated_share {
-        None => Some(format!("turn rates of commands not measured, required cut in at most {most_percent} %")),
+        None => {
+            Some(format!("turn rates of commands not measured, required cut in at most {most_percent} %"))
+        }
         Some(share) if share > most => Some(format!(
             "turn rate cut in {:.1} % of the commands, required in at most {most_percent} %",
             100.0 * share

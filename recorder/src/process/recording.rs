@@ -124,7 +124,9 @@ impl Recording {
         }
         let is_later = |timed: &TimedEvent| timed.tick > event.tick;
         let is_same = |timed: &TimedEvent| match &timed.event {
-            Event::FaultHealed { sentence: other } | Event::LinkFault { sentence: other } => other == sentence,
+            Event::FaultHealed { sentence: other } | Event::LinkFault { sentence: other } => {
+                other == sentence
+            }
             _ => false,
         };
         let next = (0..self.waiting.len())
@@ -355,8 +357,9 @@ mod tests {
         let (_folder, path) = place();
         let mut scenario = ring_of(3, 40.0);
         // 0.05 s to 0.2 s, and again from 0.3 s to 0.45 s.
-        scenario.faults =
-            ["at 0.05 s link 1->2 hold for 150 ms", "at 0.3 s link 1->2 hold for 150 ms"].map(|s| s.parse().unwrap()).into();
+        scenario.faults = ["at 0.05 s link 1->2 hold for 150 ms", "at 0.3 s link 1->2 hold for 150 ms"]
+            .map(|s| s.parse().unwrap())
+            .into();
         let mut recording = testing::recording(&path, &scenario);
         recording.log_event(healed(10, "link 1->2 hold for 150 ms"));
         testing::observe(&mut recording, &flight(&scenario, 0..60));

@@ -338,7 +338,10 @@ impl Lifecycle {
             Part::Leader | Part::Recorder if self.replacements >= self.limits.replacements => {
                 let limit = self.limits.replacements;
                 let event = Event::ProcessLost { part, end, then: AfterLoss::RunEnds };
-                vec![Effect::Log(event), Effect::EndRun(format!("the {part} {end}, after {limit} replacements"))]
+                vec![
+                    Effect::Log(event),
+                    Effect::EndRun(format!("the {part} {end}, after {limit} replacements")),
+                ]
             }
             Part::Leader | Part::Recorder => {
                 let event = Event::ProcessLost { part, end, then: AfterLoss::Replaced };

@@ -173,8 +173,7 @@ fn a_flight_at_its_limits_passes() {
 
 #[test]
 fn each_violation_names_what_was_and_what_was_required() {
-    let summary =
-        FlightSummary { turn_rate_saturated_share: Some(0.2508), ..flight(-0.5, 1.3, 31.4, 0.7) };
+    let summary = FlightSummary { turn_rate_saturated_share: Some(0.2508), ..flight(-0.5, 1.3, 31.4, 0.7) };
     assert_eq!(
         judge(&strict(6), &summary, Some(1)),
         [
@@ -210,11 +209,10 @@ fn processes_that_die_unasked_violate_unless_as_many_are_allowed() {
     let mut scenario = strict(6);
     scenario.requirements.repeatable = false;
     let events = [lost(3, 7), lost(4, 9), lost(5, 11), lost(6, 9)];
-    assert_eq!(
-        violated_by(&scenario, &events),
-        ["4 processes lost unplanned (uav 3 killed by signal 7 (SIGBUS) at 1.00 s, uav 4 killed by signal 9 (SIGKILL) at \
-          2.00 s, uav 5 killed by signal 11 (SIGSEGV) at 3.00 s and 1 more), required at most 0"]
-    );
+    let expected = "4 processes lost unplanned (uav 3 killed by signal 7 (SIGBUS) at 1.00 s, \
+                    uav 4 killed by signal 9 (SIGKILL) at 2.00 s, uav 5 killed by signal 11 (SIGSEGV) at 3.00 s \
+                    and 1 more), required at most 0";
+    assert_eq!(violated_by(&scenario, &events), [expected]);
     scenario.requirements.unplanned_losses_max = 4;
     assert_eq!(violated_by(&scenario, &events), [""; 0]);
     scenario.requirements.unplanned_losses_max = 3;
