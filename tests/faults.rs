@@ -228,9 +228,9 @@ fn nobody_alive_is_no_success_and_what_was_not_seen_to_the_end_has_no_recovery_t
 
 #[test]
 fn a_fault_that_somebody_heals_before_its_end_is_healed_once_in_the_log() {
-    let run = Swarm::fly("paper-4.1").with("--duration 300").fault("at 1 s link 2->3 hold for 200 s").start();
+    let run = Swarm::fly("paper-4.1").with("--duration 90").fault("at 1 s link 2->3 hold for 80 s").start();
     run.wait_for_second(2.0);
-    for sentence in ["link 4->5 loss 5 % for 150 s", "heal all"] {
+    for sentence in ["link 4->5 loss 5 % for 50 s", "heal all"] {
         assert_eq!(ask(&run, sentence).0, Some(0), "{sentence}");
     }
     let run = run.finish();
@@ -238,7 +238,7 @@ fn a_fault_that_somebody_heals_before_its_end_is_healed_once_in_the_log() {
     let healed: Vec<&String> = lines.iter().filter(|line| line.starts_with("fault.healed")).collect();
     assert_eq!(
         healed,
-        ["fault.healed: link 2->3 hold for 200 s", "fault.healed: link 4->5 loss 5 % for 150 s"],
+        ["fault.healed: link 2->3 hold for 80 s", "fault.healed: link 4->5 loss 5 % for 50 s"],
         "{lines:#?}"
     );
 }

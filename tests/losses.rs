@@ -66,10 +66,10 @@ fn losses_count_for_the_verdict_unless_as_many_are_allowed() {
         [(Part::Agent(UavId(2)), Signal::ABORT), (AGENT, Signal::KILL), (Part::Recorder, Signal::KILL)];
     for (allowed, code) in [(2, 3), (3, 0)] {
         let run = Swarm::fly("dropout")
-            .with("--duration 300 --set faults=[] --set separation_min_m=0")
+            .with("--duration 90 --set faults=[] --set separation_min_m=0")
             .with(&format!("--set unplanned_losses_max={allowed}"))
             .start();
-        for (second, (part, signal)) in [20.0, 40.0, 60.0].into_iter().zip(losses) {
+        for (second, (part, signal)) in [20.0, 30.0, 40.0].into_iter().zip(losses) {
             run.wait_for_second(second);
             run.signal(part, signal);
         }

@@ -131,7 +131,7 @@ fn verify_reports_why_a_flight_cannot_be_repeated() {
     let running = Swarm::fly("paper-4.1").with("--duration 60").start();
     running.wait_for_second(1.0);
     running.signal(Part::Leader, Signal::KILL);
-    let live = Swarm::fly("paper-4.1").with("--duration 300").start();
+    let live = Swarm::fly("paper-4.1").with("--duration 60").start();
     live.wait_for_second(1.0);
     let (code, answer, _) = tool(&["fault", &live.domain().id().to_string(), "link 2->3 hold for 1 s"]);
     assert_eq!(code, Some(0), "{answer}");

@@ -359,16 +359,16 @@ impl Event {
         }
     }
 
-    /// Whether it may disturb the formation: the time to recover is measured from here.
+    /// Whether it may disturb the formation: the time to recover is measured from here. What happens to the recorder never
+    /// does.
     pub fn is_disturbance(&self) -> bool {
-        matches!(
-            self,
-            Self::ProcessFault { .. }
-                | Self::LinkFault { .. }
-                | Self::SlowFault { .. }
-                | Self::ProcessLost { .. }
-                | Self::ProcessFrozen { .. }
-        )
+        match self {
+            Self::ProcessFault { part, .. }
+            | Self::ProcessLost { part, .. }
+            | Self::ProcessFrozen { part } => *part != Part::Recorder,
+            Self::LinkFault { .. } | Self::SlowFault { .. } => true,
+            _ => false,
+        }
     }
 
     /// The longest text in it, for events that have one. Only texts can be too long for a message.

@@ -78,7 +78,7 @@ fn every_event_has_its_level_name_and_text() {
          |!~Error process.lost: uav 3 was killed by signal 9; its airframe goes into its failsafe
          |!~Error process.lost: uav 3 gave up (exit status 1) before the flight; its airframe goes into its failsafe
          |!~Error process.lost: the leader has exited; a new one takes over
-         | ~Error process.lost: the recorder has ended; a new one takes over
+         |  Error process.lost: the recorder has ended; a new one takes over
          |!~Error process.lost: the world was killed by signal 11; the run ends
          |! Info process.ready: leader is ready
          |!~Warning process.frozen: uav 3 is frozen (SIGSTOP)
