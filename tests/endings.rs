@@ -133,6 +133,7 @@ fn a_killed_world_ends_the_run_with_its_log_closed() {
         let run = run.finish();
         run.assert_ended_with(1);
         assert_eq!(run.summary["failures"][0], "the world was killed by signal 9");
+        assert_eq!(run.summary["flight"]["unplanned_loss_list"][0]["process"], "world");
         assert!(run.summary["payload_hash"].is_null());
         assert!(run.log().states(1).len() > 100);
     }

@@ -93,6 +93,7 @@ fn measure(args: &BenchArgs, axes: &Axes) -> Result<Results, BenchError> {
         began,
         command: std::env::args().collect::<Vec<_>>().join(" "),
         seed: args.seed,
+        seed_text: args.seed.to_string(),
         machine,
         interrupted: runner.is_interrupted(),
         cases,

@@ -24,6 +24,9 @@ pub const RECORDER_DEPTH: usize = 1024;
 /// Samples kept for a reader that works tick by tick. A roster comes at most a few times in a tick, so fewer could
 /// lose one, and more would never be filled.
 pub const TICK_DEPTH: usize = 4;
+/// Events kept for a recorder that joins late, such as the successor of a killed one: what happened meanwhile counts for
+/// the verdict. With fewer, a process that is lost together with the recorder may go uncounted; more cost memory.
+const EVENTS_KEPT: usize = 256;
 /// Readers of one UAV's state. In a whole ring it has two; while many UAVs take each other for lost, many more listen
 /// to one. With fewer places they wait for each other and scheduling decides who listens, so that a flight in lockstep
 /// is not repeatable; more cost memory.
@@ -71,12 +74,12 @@ pub fn links(uavs: u32) -> Channel<LinkCounts> {
 
 /// Events in the air, from the world, for the recorder and the launcher.
 pub fn world_events() -> Channel<EventMessage> {
-    with_history(channel("world/events".into(), 2, RECORDER_DEPTH))
+    with_kept_events(channel("world/events".into(), 2, RECORDER_DEPTH))
 }
 
 /// Events of processes, from the launcher, for the recorder.
 pub fn launcher_events() -> Channel<EventMessage> {
-    with_history(channel("launcher/events".into(), 2, RECORDER_DEPTH))
+    with_kept_events(channel("launcher/events".into(), 2, RECORDER_DEPTH))
 }
 
 /// Which processes run, from the launcher, for the world.
@@ -102,6 +105,11 @@ fn channel<T: Payload>(name: String, readers: usize, depth: usize) -> Channel<T>
 /// Gives a late subscriber the last sample, for data that is sent rarely and stays valid.
 fn with_history<T>(channel: Channel<T>) -> Channel<T> {
     Channel { history: 1, ..channel }
+}
+
+/// Gives a late subscriber what has happened before.
+fn with_kept_events<T>(channel: Channel<T>) -> Channel<T> {
+    Channel { history: EVENTS_KEPT, ..channel }
 }
 
 /// All services of a run. They exist as long as this value.

@@ -32,6 +32,7 @@ fn one_of_each() -> Vec<Event> {
         lost(AGENT, ProcessEnd::Exited(1), early),
         lost(Part::Leader, ProcessEnd::Exited(0), AfterLoss::Replaced),
         lost(Part::Recorder, ProcessEnd::Unknown, AfterLoss::Replaced),
+        lost(Part::World, ProcessEnd::Killed(11), AfterLoss::RunEnds),
         Event::ProcessReady { part: Part::Leader },
         Event::ProcessFrozen { part: AGENT },
         Event::ProcessThawed { part: AGENT },
@@ -78,7 +79,8 @@ fn every_event_has_its_level_name_and_text() {
          |!~Error process.lost: uav 3 was killed by signal 9; its airframe goes into its failsafe
          |!~Error process.lost: uav 3 gave up (exit status 1) before the flight; its airframe goes into its failsafe
          |!~Error process.lost: the leader has exited; a new one takes over
-         | ~Error process.lost: the recorder has ended; a new one takes over
+         |  Error process.lost: the recorder has ended; a new one takes over
+         |!~Error process.lost: the world was killed by signal 11; the run ends
          |! Info process.ready: leader is ready
          |!~Warning process.frozen: uav 3 is frozen (SIGSTOP)
          |! Info process.thawed: uav 3 is thawed (SIGCONT)
@@ -122,6 +124,38 @@ fn what_happens_to_the_recorder_alone_is_never_by_chance() {
         Event::ProcessSilent { part: Part::Recorder, waited_s: 1.0 },
     ] {
         assert!(!event.is_by_chance(), "{event:?}");
+    }
+}
+
+#[test]
+fn a_log_that_tells_of_its_recorder_cannot_be_repeated() {
+    for event in one_of_each() {
+        let is_about_recorder = event.name().starts_with("recorder.")
+            || matches!(event, Event::ProcessLost { part: Part::Recorder, .. });
+        assert_eq!(event.makes_log_unrepeatable(), event.is_by_chance() || is_about_recorder, "{event:?}");
+    }
+}
+
+#[test]
+fn lockstep_is_broken_where_the_flight_went_on_without_waiting() {
+    let broken: Vec<Event> = one_of_each().into_iter().filter(Event::breaks_lockstep).collect();
+    let silent = Event::ProcessSilent { part: AGENT, waited_s: 0.25 };
+    let overdue = [Event::ReplacementOverdue, Event::ConnectionsFailed { count: 2 }, Event::FaultOverdue];
+    assert_eq!(broken, [vec![silent], overdue.to_vec()].concat());
+    assert!(!Event::ProcessSilent { part: Part::Recorder, waited_s: 0.25 }.breaks_lockstep());
+}
+
+#[test]
+fn the_cause_of_an_end_names_the_signal() {
+    let causes = [
+        (ProcessEnd::Killed(9), "killed by signal 9 (SIGKILL)"),
+        (ProcessEnd::Killed(7), "killed by signal 7 (SIGBUS)"),
+        (ProcessEnd::Killed(40), "killed by signal 40"),
+        (ProcessEnd::Exited(3), "exited with status 3"),
+        (ProcessEnd::Unknown, "ended; started by hand, so its exit status is unknown"),
+    ];
+    for (end, cause) in causes {
+        assert_eq!(end.cause(), cause);
     }
 }
 

@@ -364,7 +364,10 @@ impl Lifecycle {
     fn on_loss(&mut self, end: ProcessEnd, was_starting: bool) -> Vec<Effect> {
         let part = self.part;
         match part {
-            Part::World => vec![Effect::EndRun(format!("the world {end}")), Effect::PublishRoster],
+            Part::World => {
+                let event = Event::ProcessLost { part, end, then: AfterLoss::RunEnds };
+                vec![Effect::Log(event), Effect::EndRun(format!("the world {end}")), Effect::PublishRoster]
+            }
             // A successor would run into the same error.
             Part::Recorder if end.is_failure() => {
                 let why = format!("the recorder {end}: the log is incomplete");
@@ -372,7 +375,11 @@ impl Lifecycle {
             }
             Part::Leader | Part::Recorder if self.replacements >= self.limits.replacements => {
                 let limit = self.limits.replacements;
-                vec![Effect::EndRun(format!("the {part} {end}, after {limit} replacements"))]
+                let event = Event::ProcessLost { part, end, then: AfterLoss::RunEnds };
+                vec![
+                    Effect::Log(event),
+                    Effect::EndRun(format!("the {part} {end}, after {limit} replacements")),
+                ]
             }
             Part::Leader | Part::Recorder => {
                 let event = Event::ProcessLost { part, end, then: AfterLoss::Replaced };

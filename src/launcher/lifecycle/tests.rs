@@ -283,7 +283,8 @@ fn a_leader_that_was_replaced_too_often_ends_the_run() {
         bench.on(Input::Spawned { pid });
     }
     let why = "the leader was killed by signal 9, after 2 replacements";
-    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), Effect::EndRun(why.into())]);
+    let lost = Event::ProcessLost { part: Part::Leader, end: KILLED, then: AfterLoss::RunEnds };
+    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), Effect::Log(lost), Effect::EndRun(why.into())]);
 }
 
 #[test]
@@ -336,7 +337,8 @@ fn a_recorder_frozen_by_accident_is_waited_for_and_one_frozen_by_a_fault_is_not(
 fn the_end_of_the_world_is_the_end_of_the_run() {
     let mut bench = Bench::ready(Part::World);
     let ends_run = Effect::EndRun("the world was killed by signal 9".into());
-    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), ends_run, Effect::PublishRoster]);
+    let lost = Effect::Log(Event::ProcessLost { part: Part::World, end: KILLED, then: AfterLoss::RunEnds });
+    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), lost, ends_run, Effect::PublishRoster]);
     let mut bench = Bench::ready(Part::World);
     bench.ask(KILL);
     let effects = bench.on(Input::Ended(KILLED));

@@ -85,7 +85,7 @@ impl<'m, P: TickProbe> World<'m, P> {
             holds: Holds::new(scenario, ports.journal.depth()),
             ports,
             clock: clock(scenario),
-            wall_clock: WallClock::new(),
+            wall_clock: WallClock::default(),
             probe,
         }
     }
