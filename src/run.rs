@@ -5,10 +5,12 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
+    log_room,
     real_time::{Urgency, urgency},
     summary::Summary,
 };
 use ringwing_bench::PlacementArgs;
+use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
 use std::{
@@ -92,10 +94,11 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     let outcome = launch(&plan)?;
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
-    write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // An error means that the reader of the output is gone. The exit code and summary.json still tell the result.
+    // Print first: a disk that is full must not take the result. An error means that the reader of the output is gone.
+    // The exit code and summary.json still tell the result.
     let _ = io::stdout().write_all(text.as_bytes());
+    write(&outcome, &summary)?;
     Ok(summary.verdict.exit_code())
 }
 
@@ -106,7 +109,8 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
-    let Urgency { placement, lock_memory, notes } = urgency(args.placement.placement(), &scenario)?;
+    let Urgency { placement, lock_memory, mut notes } = urgency(args.placement.placement(), &scenario)?;
+    notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
         out: args.out.clone(),
@@ -146,7 +150,7 @@ fn settings(args: &RunArgs) -> Vec<Setting> {
 /// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
-    std::fs::write(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
+    write_whole(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
 }
 
 /// The command that repeats the run, with its seed.

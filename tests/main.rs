@@ -16,6 +16,8 @@ mod endings;
 mod faults;
 mod logs;
 mod losses;
+mod machines;
+mod pauses;
 mod presets;
 mod real_time;
 mod simulation;

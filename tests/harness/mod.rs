@@ -27,9 +27,18 @@ pub fn log_in(folder: &Path) -> PathBuf {
     folder.join(format!("{run}.mcap"))
 }
 
+/// The folder of the newest run in `out`, if there is one.
+pub fn newest_run(out: &Path) -> Option<PathBuf> {
+    out.join("latest").canonicalize().ok()
+}
+
 /// The command under test.
 pub fn ringwing() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_ringwing"))
+    // A shell starts background commands with SIGINT ignored, and the command then ignores it as well: if the tests run in
+    // the background, they must not pass that on.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT,HUP,TSTP", env!("CARGO_BIN_EXE_ringwing")]);
+    command
 }
 
 /// A run that is not started yet.
