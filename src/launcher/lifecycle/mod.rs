@@ -15,12 +15,10 @@ use std::time::Duration;
 /// it is ready. A smaller factor kills recorders of long flights while they copy; a larger one notices a stuck
 /// recorder later.
 const START_LIMITS_PER_COPY: u32 = 30;
-/// How long a process may be stopped, if no fault asked for that, before the run takes note. When a whole run is stopped and
-/// goes on, its processes stop and wake one after another: with a shorter time the flight goes on without those that wake
-/// last. With a longer one the flight waits longer for a process that somebody has frozen.
+/// How long a process may be stopped, if no fault asked for that, before the run takes note. With a shorter time, a run that
+/// was stopped as a whole flies on without those that wake last; with a longer one it waits longer for a frozen process.
 const STOP_GRACE: Duration = Duration::from_millis(250);
-/// The grace is at most one part in this many of the time in which a process must answer. With a smaller divisor the world
-/// may give up a frozen leader before it learns that it has to wait for a new one.
+/// The grace is at most one part in this many of the freeze limit: else the world gives up a leader that is to be replaced.
 const STOP_GRACES_PER_LIMIT: u32 = 4;
 
 /// How long the launcher waits for a process, and how often it replaces one.
@@ -438,9 +436,7 @@ impl Lifecycle {
 
     /// Takes note of a process that somebody has stopped and that does not go on. Its time limits go on counting.
     fn note_frozen(&mut self) -> Vec<Effect> {
-        if let Some(live) = self.live_mut() {
-            live.halt = Halt::Frozen;
-        }
+        self.live_mut().into_iter().for_each(|live| live.halt = Halt::Frozen);
         vec![Effect::Log(Event::ProcessFrozen { part: self.part }), Effect::PublishRoster]
     }
 
