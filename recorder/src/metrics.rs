@@ -8,6 +8,7 @@
 
 mod agreement;
 mod coherence;
+mod fault_effects;
 mod frame;
 mod links;
 mod lyapunov;
@@ -20,6 +21,7 @@ mod summary;
 mod verdict;
 
 pub use coherence::Coherence;
+pub use fault_effects::{FaultEffects, IdleFault};
 pub use frame::{AirframeSample, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
 pub use links::LinkTotals;
 pub use pairs::{Pairs, UavPair};
@@ -29,6 +31,7 @@ pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
 pub use verdict::judge;
 
 use agreement::AgreementWatch;
+use fault_effects::EffectWatch;
 use links::LinkTally;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
@@ -76,6 +79,7 @@ pub struct Metrics {
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
+    effects: EffectWatch,
     /// Disturbances whose tick has not come yet.
     disturbances: Vec<TimedEvent>,
     agreement: AgreementWatch,
@@ -116,6 +120,7 @@ impl Metrics {
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::default(),
+            effects: EffectWatch::new(scenario),
             disturbances: Vec::new(),
             agreement: AgreementWatch::default(),
             closest: ClosestSoFar::default(),
@@ -133,6 +138,7 @@ impl Metrics {
 
     /// Takes an event. It counts from its own tick on, whether it comes before or after the frame of that tick.
     pub fn on_event(&mut self, event: &TimedEvent) {
+        self.effects.on_event(event);
         if !event.event.is_disturbance() {
             return;
         }
@@ -178,6 +184,7 @@ impl Metrics {
             self.commands.observe(control);
         }
         frame.links.iter().for_each(|counts| self.links.observe(counts));
+        self.effects.observe(frame);
     }
 
     /// Notes the position, speed and turn rate of every airframe in the sky.
@@ -244,6 +251,7 @@ impl Metrics {
             disagreed_until_s: self.agreement.disagreed_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
             faults: self.recovery.count(),
             recoveries: self.recovery.recoveries(self.rate_hz),
+            fault_effects: self.effects.effects(&self.links.totals()),
             ticks: self.ticks,
             ticks_lost: self.lost,
             last_tick: self.last_tick(),

@@ -2,7 +2,7 @@
 //!
 //! Never computes a value; each is in the summary already.
 
-use super::{Summary, Verdict};
+use super::{Summary, Verdict, faults::write_effects};
 use ringwing_flight::Latency;
 use ringwing_recorder::metrics::{ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary};
 use std::fmt;
@@ -24,6 +24,7 @@ impl fmt::Display for Summary {
             write_uavs(f, flight)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
+            write_effects(f, &flight.fault_effects)?;
             write_recoveries(f, flight)?;
             write_agreement(f, flight)?;
             write_saturation(f, flight)?;
@@ -35,7 +36,7 @@ impl fmt::Display for Summary {
 }
 
 /// Writes one line: a label, its value and a remark.
-fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
+pub(super) fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
     writeln!(f, "{}", format!("  {label:<34} {value:<14} {remark}").trim_end())
 }
 
@@ -132,7 +133,10 @@ fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Resul
     let sum = |count: fn(&LinkTotals) -> u64| links.iter().map(count).sum::<u64>();
     let (offered, lost, late) = (sum(|link| link.offered), sum(|link| link.lost), sum(|link| link.late));
     let (copies, left) = (sum(|link| link.duplicated), sum(|link| link.in_flight));
-    let remark = format!("{lost} lost, {copies} duplicated, {late} late, {left} still on the way");
+    let corrupted = sum(|link| link.corrupted);
+    let remark = format!(
+        "{lost} lost, {corrupted} corrupted, {copies} duplicated, {late} late, {left} still on the way"
+    );
     line(f, &format!("samples on {} links with faults", links.len()), &offered.to_string(), &remark)
 }
 

@@ -1,6 +1,6 @@
 //! The flight in numbers, for tables, scripts and the verdict.
 
-use super::{FaultRecovery, LinkTotals, TrueState};
+use super::{FaultEffects, FaultRecovery, LinkTotals, TrueState};
 use serde::{Deserialize, Serialize};
 
 /// A flight in numbers. A value that does not exist is absent, never 0.
@@ -42,6 +42,9 @@ pub struct FlightSummary {
     pub faults: u64,
     /// How long the formation took to recover from each; only the first hundred.
     pub recoveries: Vec<FaultRecovery>,
+    /// How many faults were asked for, how many acted, and which had no effect.
+    #[serde(default)]
+    pub fault_effects: FaultEffects,
     /// Number of ticks measured.
     pub ticks: u64,
     /// Number of ticks that are missing.

@@ -2,7 +2,7 @@
 //!
 //! Must never pass what it cannot measure: a requirement that applies but has no measured value is violated.
 
-use super::FlightSummary;
+use super::{FlightSummary, fault_effects};
 use ringwing_scenario::RequirementsSection;
 
 /// The requirements that the flight violated, each as one sentence; empty if it passed.
@@ -15,6 +15,7 @@ pub fn judge(requirements: &RequirementsSection, summary: &FlightSummary, collis
     violations.extend(requirements.separation_min_m.and_then(|least_m| judge_separation(least_m, summary)));
     violations.extend(requirements.settling_max_s.and_then(|most_s| judge_settling(most_s, summary)));
     violations.extend(requirements.slot_error_max_m.and_then(|most_m| judge_slot_error(most_m, summary)));
+    violations.extend(fault_effects::judge(requirements.faults_act, &summary.fault_effects));
     violations
 }
 
@@ -77,6 +78,7 @@ mod tests {
             separation_min_m: Some(10.0),
             settling_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
+            ..RequirementsSection::default()
         }
     }
 

@@ -8,6 +8,7 @@
 
 mod display;
 mod grammar;
+mod idle;
 mod lexer;
 mod link;
 mod refusal;
@@ -16,8 +17,11 @@ pub mod schedule;
 mod tests;
 pub mod trace;
 
+pub(crate) use idle::warnings;
+pub use idle::{idle_reason, rounded_delay};
 pub use lexer::FaultSyntaxError;
-pub use link::{Delay, LinkImpairment, Links, Receiver, Sender};
+pub use link::{BurstChain, Delay, LinkImpairment, Links, Receiver, Sender};
+pub(crate) use refusal::too_slow;
 
 use serde::{Deserialize, Serialize};
 

@@ -94,4 +94,7 @@ pub struct RequirementsSection {
     /// Largest distance of a UAV from its slot at the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slot_error_max_m: Option<f64>,
+    /// Every fault must have had an effect.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub faults_act: bool,
 }
