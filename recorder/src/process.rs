@@ -13,7 +13,7 @@ use ports::RecorderPorts;
 use recording::Recording;
 use ringwing_bus::{Gate, Member, MemberArgs, report};
 use ringwing_flight::{FormationError, Part, Tick, WorldReport};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario};
 use std::{path::PathBuf, time::Duration};
 
 /// Records the flight of a run to one MCAP file, and measures it.
@@ -140,6 +140,8 @@ impl RecordingLoop {
 
     fn finish(&mut self, member: &Member) -> Result<(), RecorderError> {
         let world = member.domain().report::<WorldReport>(report::WORLD)?;
+        let added = member.domain().report::<Vec<Fault>>(report::FAULTS)?;
+        self.recording.set_added_faults(added.unwrap_or_default());
         self.recording.finish(world.as_ref())
     }
 }

@@ -12,12 +12,14 @@ use crate::{
 use anyhow::bail;
 use difference::Difference;
 use ringwing_bus::Placement;
-use ringwing_flight::TimedEvent;
+use prost_reflect::prost::Message;
+use ringwing_flight::{Event, TimedEvent};
 use ringwing_recorder::{
+    ADDED_FAULTS,
     log::reader::{LogMessage, Reader},
-    schema::topics,
+    schema::{LoggedEvent, topics},
 };
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario};
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
@@ -69,10 +71,11 @@ fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
     }
 }
 
-/// The scenario of the log; an error if the flight cannot be repeated.
+/// The scenario of the log, with the faults that were asked for during the flight; an error if the flight cannot be
+/// repeated.
 fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     let mut reader = Reader::open(log)?;
-    let scenario = reader.scenario()?;
+    let mut scenario = reader.scenario()?;
     let not = format!("log {}: is not repeatable", log.display());
     if scenario.time.real_time {
         bail!(
@@ -80,7 +83,9 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
         );
     }
     // Read all ticks before asking for damages, which the reader finds on the way.
+    let mut requested = 0;
     for tick in reader.ticks(&scenario) {
+        requested += tick.events.iter().filter(|timed| is_request(&timed.event)).count();
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
         }
@@ -92,7 +97,19 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
     if reader.result().is_none_or(|result| result.get("verdict").is_none_or(|verdict| verdict == "failed")) {
         bail!("{not}: the flight did not complete");
     }
+    let added = reader.result().and_then(|result| result.get(ADDED_FAULTS)).map_or("", String::as_str);
+    let added: Vec<Fault> = added.lines().filter_map(|sentence| sentence.parse().ok()).collect();
+    if added.len() != requested {
+        bail!("{not}: it does not hold all faults that were asked for during the flight");
+    }
+    scenario.faults.extend(added);
     Ok(scenario)
+}
+
+/// Whether somebody asked for a fault during the flight. The user chose the moment, but the log holds it: in the flight
+/// that repeats this one, the scenario has the fault.
+fn is_request(event: &Event) -> bool {
+    matches!(event, Event::FaultRequested { .. })
 }
 
 /// The number of messages if all are equal in both logs, or else the first difference.
@@ -112,12 +129,24 @@ fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> 
 
 /// The first event that depends on chance. A flight with such an event may differ the next time.
 fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
-    events.iter().find(|timed| timed.event.is_by_chance())
+    events.iter().find(|timed| timed.event.is_by_chance() && !is_request(&timed.event))
 }
 
-/// Whether a message should be equal in both logs; wall-clock times differ from run to run.
+/// Whether a message should be equal in both logs. Wall-clock times differ from run to run, and the flight that repeats
+/// another one takes the faults that were asked for from its scenario. `/log` only repeats `/events` in sentences.
 fn is_compared(message: &LogMessage) -> bool {
-    message.topic.name != topics::TIMING
+    match message.topic.name.as_str() {
+        topics::TIMING | topics::LOG => false,
+        topics::EVENTS => !is_about_request(message),
+        _ => true,
+    }
+}
+
+/// Whether it is an event about a request: that a fault was asked for, or that the request as a whole was refused.
+fn is_about_request(message: &LogMessage) -> bool {
+    let logged = LoggedEvent::decode(message.data.as_slice()).ok();
+    let event = logged.and_then(|logged| logged.event()).map(|timed| timed.event);
+    event.is_some_and(|event| is_request(&event) || matches!(event, Event::FaultRefused { part: None, .. }))
 }
 
 fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
@@ -127,7 +156,7 @@ fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::{Event, Part, ProcessAction, Tick, UavId};
+    use ringwing_flight::{Part, ProcessAction, Tick, UavId};
 
     const AGENT: Part = Part::Agent(UavId(3));
 

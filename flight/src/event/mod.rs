@@ -200,6 +200,16 @@ pub enum Event {
     },
     /// The launcher did not report a fault as applied in time; the flight goes on.
     FaultOverdue,
+    /// The launcher applied a fault later than asked, in real time. What the fault does later is as much later, so its
+    /// duration is the one that was asked for.
+    FaultLate {
+        /// The process.
+        part: Part,
+        /// How much later, in seconds of simulated time.
+        late_s: f64,
+        /// The sentence that asked for the fault.
+        sentence: String,
+    },
     /// A link fault begins.
     LinkFault {
         /// The sentence that asked for it.
@@ -238,6 +248,7 @@ impl Event {
             Self::FaultRefused { .. } => "fault.refused",
             Self::FaultRequested { .. } => "fault.requested",
             Self::FaultOverdue => "fault.overdue",
+            Self::FaultLate { .. } => "fault.late",
             Self::LinkFault { .. } => "fault.link",
             Self::SlowFault { .. } => "fault.slow",
             Self::FaultHealed { .. } => "fault.healed",
@@ -268,6 +279,7 @@ impl Event {
             | Self::RunInterrupted
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
+            | Self::FaultLate { .. }
             | Self::FaultOverdue => Level::Warning,
         }
     }
@@ -292,6 +304,7 @@ impl Event {
             | Self::RunInterrupted
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
+            | Self::FaultLate { .. }
             | Self::FaultRequested { .. } => Reporter::Launcher,
             Self::RecorderGap { .. } => Reporter::Recorder,
         }
@@ -315,6 +328,7 @@ impl Event {
             | Self::FaultOverdue
             | Self::ConnectionsFailed { .. }
             | Self::RunInterrupted
+            | Self::FaultLate { .. }
             | Self::FaultRequested { .. } => true,
             // The scenario and its seed decide these, or they leave the flight as it is.
             Self::Collision { .. }
@@ -348,6 +362,7 @@ impl Event {
                 Some(if why.len() > sentence.len() { why } else { sentence })
             }
             Self::ProcessFault { sentence, .. }
+            | Self::FaultLate { sentence, .. }
             | Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }

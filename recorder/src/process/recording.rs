@@ -15,10 +15,13 @@ use crate::{
     show::view::Viewer,
 };
 use ringwing_flight::{Event, GapCause, Reporter, Tick, TickTiming, TimedEvent, WorldReport};
-use ringwing_scenario::RequirementsSection;
+use ringwing_scenario::{Fault, RequirementsSection};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path, time::Duration};
+
+/// The key of a log's result with the faults that were asked for during the flight, one sentence a line.
+pub const ADDED_FAULTS: &str = "added_faults";
 
 /// What the recorder leaves behind when the flight ends, for the verdict.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -49,6 +52,8 @@ pub(crate) struct Recording {
     waiting: Vec<TimedEvent>,
     /// Events that a predecessor has logged already.
     logged: Vec<TimedEvent>,
+    /// The faults that were asked for during the flight. Events cut long sentences short, and these are whole.
+    added_faults: Vec<Fault>,
 }
 
 impl Recording {
@@ -77,6 +82,7 @@ impl Recording {
             began: false,
             waiting: Vec::new(),
             logged: past.events,
+            added_faults: Vec::new(),
         };
         for event in opening.scenario.schedule().announcements() {
             recording.log_event(event);
@@ -177,6 +183,11 @@ impl Recording {
         log.finish(result)
     }
 
+    /// Takes the faults that were asked for during the flight, for the log's result.
+    pub(crate) fn set_added_faults(&mut self, faults: Vec<Fault>) {
+        self.added_faults = faults;
+    }
+
     fn result(&self, summary: &FlightSummary, world: Option<&WorldReport>) -> BTreeMap<String, String> {
         let collisions = world.map_or(0, |world| world.collisions.len());
         let violations = judge(&self.requirements, summary, collisions);
@@ -190,6 +201,10 @@ impl Recording {
             ("violations".to_owned(), violations.join("; ")),
         ]);
         result.extend(texts("", summary));
+        if !self.added_faults.is_empty() {
+            let sentences: Vec<String> = self.added_faults.iter().map(Fault::to_string).collect();
+            result.insert(ADDED_FAULTS.to_owned(), sentences.join("\n"));
+        }
         if let Some(world) = world {
             result.extend(texts("world.", world));
         }

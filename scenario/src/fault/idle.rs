@@ -3,7 +3,10 @@
 //! Never claims what depends on how a flight goes: a fault that may have an effect is not mentioned here, and the
 //! recorder measures whether it had one.
 
-use super::{Action, Delay, LinkImpairment, Links, Receiver, Sender, schedule::LinkFault};
+use super::{
+    Action, Delay, Fault, LinkImpairment, Links, Receiver, Sender,
+    schedule::{LinkFault, SlowAnswers},
+};
 use crate::Scenario;
 use ringwing_flight::{LinkSource, Part, ProcessAction, ProcessState, Tick, UavId};
 use std::collections::BTreeMap;
@@ -92,6 +95,20 @@ pub(crate) fn warnings(scenario: &Scenario) -> Vec<(u32, String)> {
     all
 }
 
+impl Scenario {
+    /// What is noteworthy about `added`, a fault that is to be added: that it will have no effect, or that rounding changes
+    /// its delay. Faults of processes are left out: only the launcher knows which processes run.
+    pub fn warning_about(&self, added: &Fault) -> Option<String> {
+        if !matches!(added.action, Action::Link { .. }) {
+            return None;
+        }
+        let all = self.faults.iter().chain([added]).cloned().collect();
+        let together = Self { faults: all, ..self.clone() };
+        let number = together.faults.len() as u32;
+        warnings(&together).into_iter().find(|(warned, _)| *warned == number).map(|(_, warning)| warning)
+    }
+}
+
 /// The faults that can have no effect, by number, each with the reason.
 struct IdleFaults {
     reasons: BTreeMap<u32, String>,
@@ -116,7 +133,7 @@ impl IdleFaults {
         }
         let slow = scenario.schedule().slow_answers();
         for one in &slow {
-            let is_absent = |other: &&crate::fault::schedule::SlowAnswers| {
+            let is_absent = |other: &&SlowAnswers| {
                 other.number == one.number && !presence.is_ever_running(other.part, other.begin, other.end)
             };
             let of_fault = slow.iter().filter(|other| other.number == one.number).count();

@@ -2,7 +2,7 @@
 //!
 //! Never knows the state of a run: whether a process is there to be killed is the launcher's question.
 
-use super::{Action, BurstChain, LinkImpairment, ProcessFault, Targets};
+use super::{Action, BurstChain, Fault, LinkImpairment, ProcessFault, Targets};
 use crate::Scenario;
 use ringwing_flight::{Pace, Part};
 use std::collections::BTreeMap;
@@ -35,6 +35,19 @@ impl Action {
             "the losses are too many for bursts of this length: give longer bursts or a smaller loss".into()
         };
         BurstChain::new(*loss, *burst_s, rate_hz).is_none().then_some(why)
+    }
+}
+
+impl Scenario {
+    /// Why `added`, a fault that is to be added, is impossible in this scenario, or `None` if it is possible.
+    pub fn refusal_of(&self, added: &Fault) -> Option<String> {
+        let action = &added.action;
+        let refusal = action.refusal(self.formation.uavs).or_else(|| action.refusal_at(self.time.rate_hz));
+        refusal.or_else(|| {
+            let all = self.faults.iter().chain([added]).cloned().collect();
+            let together = Self { faults: all, ..self.clone() };
+            too_slow(&together).remove(&(together.faults.len() as u32))
+        })
     }
 }
 
