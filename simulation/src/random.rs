@@ -193,8 +193,9 @@ impl Dice {
     /// Two different UAVs in either order. Half of the pairs are ring neighbours, because hardly any others listen to each
     /// other.
     fn pair(&mut self, uavs: u32) -> (u32, u32) {
-        let pair = self.0.choose(2, uavs);
-        let (one, other) = if self.one_in(2) { (pair[0], pair[0] % uavs + 1) } else { (pair[0], pair[1]) };
+        let drawn = self.0.choose(2, uavs);
+        // The drawn ones are in order, and the last UAV is a neighbour of the first.
+        let (one, other) = if self.one_in(2) { (drawn[1], drawn[1] % uavs + 1) } else { (drawn[0], drawn[1]) };
         if self.one_in(2) { (one, other) } else { (other, one) }
     }
 

@@ -322,13 +322,13 @@ impl Event {
             | Self::ProcessThawed { part }
             | Self::StartOverdue { part }
             | Self::ThawOverdue { part }
+            | Self::FaultLate { part, .. }
             | Self::ProcessSilent { part, .. } => *part != Part::Recorder,
             // A connection that failed may have cost some receiver its samples.
             Self::ReplacementOverdue
             | Self::FaultOverdue
             | Self::ConnectionsFailed { .. }
             | Self::RunInterrupted
-            | Self::FaultLate { .. }
             | Self::FaultRequested { .. } => true,
             // The scenario and its seed decide these, or they leave the flight as it is.
             Self::Collision { .. }
