@@ -90,7 +90,12 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         eprintln!("ringwing: {note}");
     }
     let outcome = launch(&plan)?;
-    let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed, &outcome.added_faults));
+    let summary = Summary::new(
+        &plan.scenario,
+        &outcome,
+        plan.record,
+        command(args, plan.scenario.seed, &outcome.added_faults),
+    );
     write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
     // An error means that the reader of the output is gone. The exit code and summary.json still tell the result.
@@ -105,7 +110,8 @@ pub(crate) fn warnings(reading: &Reading) -> Vec<String> {
 
 /// What to launch, what to know about its faults, and what of the wishes for it is not permitted.
 fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
-    let reading = Reading::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
+    let reading =
+        Reading::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
     let mut notes = warnings(&reading);
     let scenario = reading.scenario;
     // The world draws start states when it starts. Try that here, to fail before any process is started.

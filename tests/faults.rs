@@ -107,7 +107,11 @@ fn every_sample_of_a_link_with_faults_is_counted() {
     let counts = run.log().links();
     assert!(counts.iter().any(|one| one.late > 0 && one.duplicated > 0 && one.in_flight > 0), "{counts:#?}");
     for one in &counts {
-        assert_eq!(one.offered + one.duplicated, one.delivered + one.lost + one.corrupted + one.in_flight, "{one:?}");
+        assert_eq!(
+            one.offered + one.duplicated,
+            one.delivered + one.lost + one.corrupted + one.in_flight,
+            "{one:?}"
+        );
     }
     let totals = run.summary["flight"]["links"].as_array().unwrap();
     assert_eq!(totals.len(), 6 * 3, "each UAV has three links: two neighbours and the leader");
@@ -230,7 +234,8 @@ fn a_delay_file_is_found_beside_its_scenario_and_checked_with_it() {
     assert_eq!(check().status.code(), Some(0));
     let run = Swarm::fly(scenario.to_str().unwrap()).finish();
     assert!(run.summary["failures"].as_array().unwrap().is_empty(), "{}", run.stderr);
-    let oldest = run.log().controls(3).iter().filter_map(|control| control.previous_age_s).fold(0.0, f64::max);
+    let oldest =
+        run.log().controls(3).iter().filter_map(|control| control.previous_age_s).fold(0.0, f64::max);
     assert!(oldest > 0.02, "the samples come {oldest} s late at most");
 }
 
@@ -256,7 +261,8 @@ fn faults_without_effect_are_warned_of_counted_and_may_violate() {
     }
     let effects = &run.summary["flight"]["fault_effects"];
     assert_eq!((&effects["asked"], &effects["acted"]), (&6.into(), &2.into()), "{effects:#}");
-    let idle: Vec<_> = effects["without_effect"].as_array().unwrap().iter().map(|idle| &idle["reason"]).collect();
+    let idle: Vec<_> =
+        effects["without_effect"].as_array().unwrap().iter().map(|idle| &idle["reason"]).collect();
     assert_eq!(
         idle,
         [
@@ -269,7 +275,9 @@ fn faults_without_effect_are_warned_of_counted_and_may_violate() {
     let strict = "--duration 5 --set requirements={faults_act=true}";
     let violated = flown(&faults, strict);
     assert_eq!(violated.status.code(), Some(3));
-    assert!(violated.summary["violations"][0].as_str().unwrap().starts_with("without effect: at 2 s kill uav 3"));
+    assert!(
+        violated.summary["violations"][0].as_str().unwrap().starts_with("without effect: at 2 s kill uav 3")
+    );
     assert_eq!(flown(&faults[..1], strict).status.code(), Some(0));
 }
 
@@ -306,7 +314,8 @@ fn links_with_a_rate_and_with_corruption_repeat_as_simulated() {
         "at 3 s restart uav 3 after 500 ms",
     ];
     assert_repeats_as_simulated(&faults, "--law resilient --duration 6");
-    let corrupted = flown(&faults[1..2], "--duration 6").log().links().iter().map(|one| one.corrupted).sum::<u64>();
+    let corrupted =
+        flown(&faults[1..2], "--duration 6").log().links().iter().map(|one| one.corrupted).sum::<u64>();
     assert!(corrupted > 0);
 }
 
@@ -324,7 +333,8 @@ fn every_restart_of_the_fastest_flapping_happens() {
             let arguments = format!("--duration 8 --set time.rate_hz={rate_hz}");
             let start = std::time::Instant::now();
             let run = flown(&[&fault], &arguments);
-            let ends = [logged(&run, &format!("fault.kill: {name}")), logged(&run, &format!("fault.start: {name}"))];
+            let ends =
+                [logged(&run, &format!("fault.kill: {name}")), logged(&run, &format!("fault.start: {name}"))];
             assert_eq!(ends, [kills as usize; 2], "{fault} at {rate_hz} Hz\n{}", run.stderr);
             assert!(start.elapsed().as_secs() < 60, "{fault}: it took {:?}", start.elapsed());
             assert!(!run.stderr.contains("flying on"), "{}", run.stderr);
@@ -337,12 +347,21 @@ fn every_restart_of_the_fastest_flapping_happens() {
 
 #[test]
 fn a_flight_with_live_faults_repeats_with_them() {
-    let run = Swarm::fly("paper-4.1").with("--duration 60 --set requirements={}").fault("at 59 s link 1->2 loss 50 %").start();
+    let run = Swarm::fly("paper-4.1")
+        .with("--duration 60 --set requirements={}")
+        .fault("at 59 s link 1->2 loss 50 %")
+        .start();
     run.wait_for_second(1.0);
-    for sentence in ["kill uav 3", "link 4->5 delay 200 ms for 2 s", "link 2->5 blackout for 1 s", "heal link 9->9"] {
+    for sentence in
+        ["kill uav 3", "link 4->5 delay 200 ms for 2 s", "link 2->5 blackout for 1 s", "heal link 9->9"]
+    {
         let (code, answer) = ask(&run, sentence);
         assert_eq!(code == Some(0), !sentence.starts_with("heal"), "{answer}");
-        assert_eq!(answer.contains("warning: the fault will have no effect"), sentence.contains("2->5"), "{answer}");
+        assert_eq!(
+            answer.contains("warning: the fault will have no effect"),
+            sentence.contains("2->5"),
+            "{answer}"
+        );
     }
     let run = run.finish();
     assert_eq!(run.summary["flight"]["fault_effects"]["asked"], 4);
@@ -350,17 +369,21 @@ fn a_flight_with_live_faults_repeats_with_them() {
     for sentence in ["kill uav 3'", "link 4->5 delay 200 ms for 2 s'", "link 2->5 blackout for 1 s'"] {
         assert!(command.contains(sentence), "{command}");
     }
-    let again = std::process::Command::new("bash").args(["-c", &format!("{command} --json")]).output().unwrap();
+    let again =
+        std::process::Command::new("bash").args(["-c", &format!("{command} --json")]).output().unwrap();
     let again: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(again["payload_hash"], run.summary["payload_hash"]);
     let verified = ringwing().arg("verify").arg(run.folder.join("run.mcap")).output().unwrap();
-    let output = String::from_utf8_lossy(&verified.stdout).into_owned() + &String::from_utf8_lossy(&verified.stderr);
+    let output =
+        String::from_utf8_lossy(&verified.stdout).into_owned() + &String::from_utf8_lossy(&verified.stderr);
     assert_eq!(verified.status.code(), Some(0), "{output}");
 }
 
 #[test]
 fn a_fault_that_a_stopped_launcher_applies_late_says_so_and_keeps_its_duration() {
-    let run = Swarm::fly("paper-4.1").with("--real-time --duration 8 --set requirements={}").fault("at 2 s freeze uav 5 for 1 s");
+    let run = Swarm::fly("paper-4.1")
+        .with("--real-time --duration 8 --set requirements={}")
+        .fault("at 2 s freeze uav 5 for 1 s");
     let run = run.start();
     run.wait_for_second(1.5);
     crate::harness::send(run.launcher(), rustix::process::Signal::STOP);
@@ -368,7 +391,8 @@ fn a_fault_that_a_stopped_launcher_applies_late_says_so_and_keeps_its_duration()
     crate::harness::send(run.launcher(), rustix::process::Signal::CONT);
     let run = run.finish();
     let lines = run.log().lines();
-    let late = lines.iter().find(|line| line.starts_with("fault.late: ")).expect("a line says how late it came");
+    let late =
+        lines.iter().find(|line| line.starts_with("fault.late: ")).expect("a line says how late it came");
     assert!(late.contains(" s late, with its duration kept: freeze uav 5 for 1 s (uav 5)"), "{late}");
     let commanded: Vec<i64> = run.log().controls(5).iter().map(|control| control.tick).collect();
     let gap = commanded.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();

@@ -10,6 +10,7 @@
 
 mod event_text;
 pub mod fault;
+mod fault_check;
 mod key;
 pub mod model;
 pub mod preset;

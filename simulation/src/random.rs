@@ -195,7 +195,8 @@ impl Dice {
     fn pair(&mut self, uavs: u32) -> (u32, u32) {
         let drawn = self.0.choose(2, uavs);
         // The drawn ones are in order, and the last UAV is a neighbour of the first.
-        let (one, other) = if self.one_in(2) { (drawn[1], drawn[1] % uavs + 1) } else { (drawn[0], drawn[1]) };
+        let (one, other) =
+            if self.one_in(2) { (drawn[1], drawn[1] % uavs + 1) } else { (drawn[0], drawn[1]) };
         if self.one_in(2) { (one, other) } else { (other, one) }
     }
 
@@ -322,7 +323,8 @@ mod tests {
         let (mut up, mut down, mut wrapped) = (0, 0, 0);
         for scenario in SEEDS.map(scenario) {
             for Fault { action, .. } in &scenario.faults {
-                let Action::Link { links: Links::From(Sender::Uav(from), Receiver::Uav(to)), .. } = action else {
+                let Action::Link { links: Links::From(Sender::Uav(from), Receiver::Uav(to)), .. } = action
+                else {
                     continue;
                 };
                 *if from < to { &mut up } else { &mut down } += 1;

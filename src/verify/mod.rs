@@ -11,8 +11,8 @@ use crate::{
 };
 use anyhow::bail;
 use difference::Difference;
-use ringwing_bus::Placement;
 use prost_reflect::prost::Message;
+use ringwing_bus::Placement;
 use ringwing_flight::{Event, TimedEvent};
 use ringwing_recorder::{
     ADDED_FAULTS,

@@ -130,8 +130,14 @@ mod tests {
 
     #[test]
     fn a_link_carries_exactly_its_rate() {
-        for (samples_per_tick, expected) in [(0.2, 200), (0.3, 300), (0.01, 10), (1.0 / 3.0, 334), (1.5, 1000)] {
-            assert_eq!(passed(limit(samples_per_tick, 10), 1000).0.len(), expected, "{samples_per_tick} a tick");
+        for (samples_per_tick, expected) in
+            [(0.2, 200), (0.3, 300), (0.01, 10), (1.0 / 3.0, 334), (1.5, 1000)]
+        {
+            assert_eq!(
+                passed(limit(samples_per_tick, 10), 1000).0.len(),
+                expected,
+                "{samples_per_tick} a tick"
+            );
         }
     }
 

@@ -205,7 +205,9 @@ impl EffectWatch {
             Action::Heal(_) => "there was nothing to heal".into(),
             Action::Process { .. } => match self.refusals.get(&number) {
                 Some(refusals) => refusals.join(", "),
-                None if self.slow.iter().any(|slow| slow.number == number) => "no such agent was running".into(),
+                None if self.slow.iter().any(|slow| slow.number == number) => {
+                    "no such agent was running".into()
+                }
                 None => "the flight ended before it was applied".into(),
             },
             Action::Link { impairment, .. } => idle_reason(impairment, self.scenario.time.rate_hz)
@@ -282,7 +284,9 @@ mod tests {
         let mut watch = EffectWatch::new(&scenario);
         for tick in 0..ticks {
             let of_tick = events.iter().filter(|(at, _)| *at == tick);
-            of_tick.for_each(|(at, event)| watch.on_event(&TimedEvent { tick: Tick(*at), event: event.clone() }));
+            of_tick.for_each(|(at, event)| {
+                watch.on_event(&TimedEvent { tick: Tick(*at), event: event.clone() })
+            });
             let mut frame = testing::at_rest(&scenario, tick);
             let report = |number| LinkTotals { link: "2->3".into(), acted: number, ..LinkTotals::default() };
             frame.links = acted.iter().map(|number| report(*number)).collect();
@@ -344,12 +348,20 @@ mod tests {
     fn a_link_whose_end_is_gone_is_told_from_one_that_lost_nothing() {
         let events = [(1, applied(UAV_3, KILL, "kill uav 3"))];
         let faults = ["at 0.01 s kill uav 3", "at 0.05 s link 2->3 blackout"];
-        assert_eq!(reasons(&effects(&faults, 10, &events, &[])), ["the sender or the receiver was not running"]);
+        assert_eq!(
+            reasons(&effects(&faults, 10, &events, &[])),
+            ["the sender or the receiver was not running"]
+        );
     }
 
     #[test]
     fn a_healing_acts_if_there_is_something_to_heal_and_a_slow_fault_if_its_agent_runs() {
-        let faults = ["at 0 s link 2->3 blackout", "at 0.05 s heal all", "at 0.06 s heal all", "at 0 s slow uav 3 by 1 ms"];
+        let faults = [
+            "at 0 s link 2->3 blackout",
+            "at 0.05 s heal all",
+            "at 0.06 s heal all",
+            "at 0 s slow uav 3 by 1 ms",
+        ];
         let result = effects(&faults, 10, &[], &[1]);
         assert_eq!((result.acted, reasons(&result)), (3, vec!["there was nothing to heal"]));
         let gone = [(0, applied(UAV_3, KILL, "kill uav 3"))];

@@ -103,7 +103,8 @@ impl LinkCounts {
     /// The counts in this message.
     pub(crate) fn counts(self) -> LinkTotals {
         // Naming every field makes the compiler refuse a new count that is forgotten here.
-        let Self { tick: _, link, offered, delivered, late, lost, duplicated, in_flight, corrupted, acted } = self;
+        let Self { tick: _, link, offered, delivered, late, lost, duplicated, in_flight, corrupted, acted } =
+            self;
         LinkTotals { link, offered, delivered, late, lost, corrupted, duplicated, in_flight, acted }
     }
 }

@@ -17,11 +17,9 @@ pub mod schedule;
 mod tests;
 pub mod trace;
 
-pub(crate) use idle::warnings;
 pub use idle::{idle_reason, rounded_delay};
 pub use lexer::FaultSyntaxError;
 pub use link::{BurstChain, Delay, LinkImpairment, Links, Receiver, Sender};
-pub(crate) use refusal::too_slow;
 
 use serde::{Deserialize, Serialize};
 

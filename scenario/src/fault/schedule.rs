@@ -4,7 +4,7 @@
 //! Never depends on how a run goes: the same faults, seed and swarm give the same schedule in every process.
 
 use super::{Action, Fault, LinkImpairment, Links, ProcessFault, Targets};
-use ringwing_flight::{Event, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
+use ringwing_flight::{Event, LinkSource, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
 
 /// One thing to do to one process.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,6 +42,11 @@ impl LinkFault {
     /// Whether samples sent at `tick` are impaired.
     pub fn is_on(&self, tick: Tick) -> bool {
         is_on(self.begin, self.end, tick)
+    }
+
+    /// Whether it concerns the link from `source` to `to`, a link that a UAV may listen on.
+    pub fn concerns(&self, source: LinkSource, to: UavId) -> bool {
+        source != LinkSource::uav(to) && self.links.includes(source, to)
     }
 }
 

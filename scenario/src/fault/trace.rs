@@ -132,7 +132,12 @@ mod tests {
         action.load_delays(&folder).unwrap();
         assert_eq!(action.to_string(), "link all delay trace {20 ms}");
         let mut binary: Action = "link all delay file \"binary.txt\"".parse().unwrap();
-        assert!(binary.load_delays(&folder).unwrap_err().ends_with("line 2: not UTF-8 text: save the file as UTF-8"));
+        assert!(
+            binary
+                .load_delays(&folder)
+                .unwrap_err()
+                .ends_with("line 2: not UTF-8 text: save the file as UTF-8")
+        );
         let mut endless: Action = "link all delay file \"/dev/zero\"".parse().unwrap();
         assert!(endless.load_delays(&folder).unwrap_err().contains("larger than 4 MiB"));
         std::fs::remove_dir_all(&folder).unwrap();

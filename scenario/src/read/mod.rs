@@ -26,8 +26,7 @@ pub use setting::Setting;
 pub use source::Source;
 
 use crate::{
-    Fault, Scenario,
-    fault::{self, too_slow},
+    Fault, Scenario, fault_check,
     validate::{self, Violation},
 };
 use origin::Origins;
@@ -77,21 +76,12 @@ impl Scenario {
             key: None,
             message,
         };
-        let count = self.faults.len();
         let mut problems = Vec::new();
         for fault in faults {
             let mut loaded = fault.clone();
-            let refusal =
-                fault.action.refusal(self.formation.uavs).or_else(|| fault.action.refusal_at(self.time.rate_hz));
-            let refusal = refusal.or_else(|| loaded.action.load_delays(Path::new("")).err());
+            let refusal = self.refusal_of(fault).or_else(|| loaded.action.load_delays(Path::new("")).err());
             problems.extend(refusal.map(|message| problem(fault, message)));
             self.faults.push(loaded);
-        }
-        if problems.is_empty() {
-            let added = too_slow(&self).into_iter().filter_map(|(number, message)| {
-                Some(problem(faults.get((number as usize - 1).checked_sub(count)?)?, message))
-            });
-            problems.extend(added);
         }
         if problems.is_empty() { Ok(self) } else { Err(problems.into()) }
     }
@@ -147,7 +137,7 @@ impl Reading {
             key: None,
             message,
         };
-        fault::warnings(&self.scenario).into_iter().map(problem).collect()
+        fault_check::warnings(&self.scenario).into_iter().map(problem).collect()
     }
 }
 
@@ -167,7 +157,14 @@ struct ScenarioReader<'s> {
 impl<'s> ScenarioReader<'s> {
     fn new(source: &'s Source, settings: &'s [Setting]) -> Self {
         let origins = Origins::new(&source.text, settings);
-        Self { source, settings, origins, problems: Vec::new(), wrong_keys: Vec::new(), fault_places: Vec::new() }
+        Self {
+            source,
+            settings,
+            origins,
+            problems: Vec::new(),
+            wrong_keys: Vec::new(),
+            fault_places: Vec::new(),
+        }
     }
 
     /// The scenario as far as it can be read; it is valid only if no problem was reported.

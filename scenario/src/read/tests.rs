@@ -282,8 +282,16 @@ fn added_faults_must_be_possible_in_the_swarm() {
     let flag = "--fault \"at 1 s link all delay file \"nowhere.txt\"\": ";
     assert!(error.starts_with(&format!("{flag}delay file \"nowhere.txt\": ")), "{error}");
     let slow = with("at 1 s slow uav 3 by 3 s").unwrap_err().to_string();
-    assert!(slow.contains("uav 3 would answer 3 s late") && slow.contains("answer_timeout_s to 3.75 s"), "{slow}");
-    assert!(with("at 1 s link all gilbert loss 5 % burst 5 ms").unwrap_err().to_string().contains("shorter than a tick"));
+    assert!(
+        slow.contains("uav 3 would answer 3 s late") && slow.contains("answer_timeout_s to 3.75 s"),
+        "{slow}"
+    );
+    assert!(
+        with("at 1 s link all gilbert loss 5 % burst 5 ms")
+            .unwrap_err()
+            .to_string()
+            .contains("shorter than a tick")
+    );
 }
 
 #[test]
@@ -300,7 +308,10 @@ fn answers_that_the_world_would_not_wait_for_are_refused_in_lockstep_only() {
     );
     assert!(read(&together, &["answer_timeout_s=2.5"]).is_ok());
     assert!(read(&together, &["real_time=true"]).is_ok());
-    assert!(read(&fault("{ at_s = 3.0, do = \"slow all uavs by 1 s\" }"), &[]).is_ok(), "one after the other");
+    assert!(
+        read(&fault("{ at_s = 3.0, do = \"slow all uavs by 1 s\" }"), &[]).is_ok(),
+        "one after the other"
+    );
 }
 
 #[test]

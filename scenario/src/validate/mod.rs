@@ -9,7 +9,7 @@ mod violation;
 
 pub(crate) use violation::Violation;
 
-use crate::{Fault, Scenario, fault::too_slow};
+use crate::{Fault, Scenario, fault_check::too_slow};
 use ringwing_flight::payload::MAX_UAVS;
 use violation::{CheckedQuantity, quantity};
 

@@ -200,9 +200,8 @@ impl<'a, R> FaultQueue<'a, R> {
         if late_s < LATE_S {
             return;
         }
-        let is_rest = |other: &&mut ScheduledAction| {
-            other.number == scheduled.number && other.part == scheduled.part
-        };
+        let is_rest =
+            |other: &&mut ScheduledAction| other.number == scheduled.number && other.part == scheduled.part;
         self.due.iter_mut().filter(is_rest).for_each(|other| other.tick.0 += late_ticks);
         self.due.make_contiguous().sort_by_key(|scheduled| scheduled.tick);
         let (part, sentence) = (scheduled.part, scheduled.sentence.clone());

@@ -136,7 +136,8 @@ fn a_gilbert_link_by_loss_and_burst_loses_as_much_and_in_such_bursts_as_it_says(
 
 #[test]
 fn a_corrupted_sample_is_dropped_and_counted_apart_from_lost_ones() {
-    let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link all corrupt 20 %", "at 0 s link all loss 10 %"]);
+    let mut link =
+        link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link all corrupt 20 %", "at 0 s link all loss 10 %"]);
     let counts = counts(&mut link, 19_999);
     assert!((counts.lost as f64 / 20_000.0 - 0.1).abs() < 0.01, "{counts:?}");
     // A sample that is lost arrives neither damaged nor whole.
@@ -151,7 +152,10 @@ fn a_limited_link_carries_its_rate_and_delays_what_waits() {
     // Twenty a second for ten seconds, and nothing waits once the flow ends.
     assert_eq!(arrived.iter().filter(|(now, _)| *now <= 1000).count(), 200);
     let waits: Vec<i64> = arrived[5..150].iter().map(|(now, sent)| now - sent - 1).collect();
-    assert!(waits.iter().all(|wait| *wait == 3), "the oldest of the queue has waited for three ticks: {waits:?}");
+    assert!(
+        waits.iter().all(|wait| *wait == 3),
+        "the oldest of the queue has waited for three ticks: {waits:?}"
+    );
     let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &[sentence]);
     let at_500 = counts(&mut link, 500);
     assert_eq!(at_500.offered, at_500.delivered + at_500.lost + at_500.in_flight);
