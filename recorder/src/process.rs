@@ -49,7 +49,12 @@ pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
     let opening = Opening { scenario, text: &text, timing: !args.no_timing };
     // Subscribe first: the flight may go on while a log is taken over.
     let ports = RecorderPorts::open(&member, &opening)?;
-    let begun = has_begun(&member.domain().gate()?);
+    let gate = member.domain().gate()?;
+    let begun = has_begun(&gate);
+    // What was sent before the ports were open never comes, and in lockstep the world would wait for it.
+    if let Some(open) = gate.tick() {
+        gate.set_recorded(open);
+    }
     let mut recording_loop =
         RecordingLoop::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
     let gate = member.announce_ready()?;

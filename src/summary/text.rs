@@ -2,7 +2,7 @@
 //!
 //! Never computes a value; each is in the summary already.
 
-use super::{Summary, Verdict, faults::write_effects};
+use super::{Summary, Verdict, faults::effect_lines};
 use ringwing_flight::Latency;
 use ringwing_recorder::metrics::{ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary};
 use std::fmt;
@@ -24,7 +24,9 @@ impl fmt::Display for Summary {
             write_uavs(f, flight)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
-            write_effects(f, &flight.fault_effects)?;
+            for [label, value, remark] in effect_lines(&flight.fault_effects) {
+                line(f, &label, &value, &remark)?;
+            }
             write_recoveries(f, flight)?;
             write_agreement(f, flight)?;
             write_saturation(f, flight)?;
@@ -36,7 +38,7 @@ impl fmt::Display for Summary {
 }
 
 /// Writes one line: a label, its value and a remark.
-pub(super) fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
+fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
     writeln!(f, "{}", format!("  {label:<34} {value:<14} {remark}").trim_end())
 }
 

@@ -35,7 +35,7 @@ pub(crate) struct VerifyArgs {
 
 /// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
 pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
-    let scenario = repeatable(&args.log)?;
+    let Repeatable { scenario, with_requests } = repeatable(&args.log)?;
     let folder = tempfile::tempdir()?;
     let plan = Plan {
         scenario,
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     if let Some(failure) = outcome.failures.first() {
         bail!("the flight cannot be repeated here: {failure}");
     }
-    let result = compare(&args.log, &outcome.folder.join(LOG))?;
+    let result = compare(&args.log, &outcome.folder.join(LOG), with_requests)?;
     Ok(report(&args.log, result))
 }
 
@@ -71,9 +71,17 @@ fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
     }
 }
 
+/// A flight that can be flown again.
+struct Repeatable {
+    /// The scenario, with the faults that were asked for during the flight.
+    scenario: Scenario,
+    /// Whether somebody asked for faults during the flight.
+    with_requests: bool,
+}
+
 /// The scenario of the log, with the faults that were asked for during the flight; an error if the flight cannot be
 /// repeated.
-fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
+fn repeatable(log: &Path) -> anyhow::Result<Repeatable> {
     let mut reader = Reader::open(log)?;
     let mut scenario = reader.scenario()?;
     let not = format!("log {}: is not repeatable", log.display());
@@ -83,9 +91,10 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
         );
     }
     // Read all ticks before asking for damages, which the reader finds on the way.
-    let mut requested = 0;
+    let (mut requested, mut refused) = (0, 0);
     for tick in reader.ticks(&scenario) {
         requested += tick.events.iter().filter(|timed| is_request(&timed.event)).count();
+        refused += tick.events.iter().filter(|timed| is_refused_request(&timed.event)).count();
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
         }
@@ -103,7 +112,7 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
         bail!("{not}: it does not hold all faults that were asked for during the flight");
     }
     scenario.faults.extend(added);
-    Ok(scenario)
+    Ok(Repeatable { scenario, with_requests: requested + refused > 0 })
 }
 
 /// Whether somebody asked for a fault during the flight. The user chose the moment, but the log holds it: in the flight
@@ -113,8 +122,9 @@ fn is_request(event: &Event) -> bool {
 }
 
 /// The number of messages if all are equal in both logs, or else the first difference.
-fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> {
-    let messages = |path: &Path| Reader::open(path).map(|reader| reader.filter(is_compared));
+fn compare(log: &Path, again: &Path, with_requests: bool) -> anyhow::Result<Result<u64, Difference>> {
+    let is_wanted = |message: &LogMessage| is_compared(message, with_requests);
+    let messages = |path: &Path| Reader::open(path).map(|reader| reader.filter(is_wanted));
     let (mut recorded, mut flown) = (messages(log)?, messages(again)?);
     let mut count = 0;
     loop {
@@ -132,12 +142,15 @@ fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
     events.iter().find(|timed| timed.event.is_by_chance() && !is_request(&timed.event))
 }
 
-/// Whether a message should be equal in both logs. Wall-clock times differ from run to run, and the flight that repeats
-/// another one takes the faults that were asked for from its scenario. `/log` only repeats `/events` in sentences.
-fn is_compared(message: &LogMessage) -> bool {
+/// Whether a message should be equal in both logs; wall-clock times differ from run to run.
+///
+/// A flight that repeats one `with_requests` has their faults in its scenario. So nobody asks for them, which `/log` repeats
+/// in sentences, and `/links` counts from the beginning of the flight.
+fn is_compared(message: &LogMessage, with_requests: bool) -> bool {
     match message.topic.name.as_str() {
-        topics::TIMING | topics::LOG => false,
-        topics::EVENTS => !is_about_request(message),
+        topics::TIMING | topics::TIMING_PERCENTILES => false,
+        topics::LOG | topics::LINKS => !with_requests,
+        topics::EVENTS => !(with_requests && is_about_request(message)),
         _ => true,
     }
 }
@@ -146,7 +159,11 @@ fn is_compared(message: &LogMessage) -> bool {
 fn is_about_request(message: &LogMessage) -> bool {
     let logged = LoggedEvent::decode(message.data.as_slice()).ok();
     let event = logged.and_then(|logged| logged.event()).map(|timed| timed.event);
-    event.is_some_and(|event| is_request(&event) || matches!(event, Event::FaultRefused { part: None, .. }))
+    event.is_some_and(|event| is_request(&event) || is_refused_request(&event))
+}
+
+fn is_refused_request(event: &Event) -> bool {
+    matches!(event, Event::FaultRefused { part: None, .. })
 }
 
 fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
