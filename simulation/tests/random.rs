@@ -91,11 +91,11 @@ const OWN_SENSE_FAULTS: [&str; 8] = [
 fn random_flights_whose_agents_lose_their_own_senses_repeat() {
     let mut silent = 0;
     for seed in 0..25_u64 {
-        for fault in 0..OWN_SENSE_FAULTS.len() {
+        for fault in OWN_SENSE_FAULTS {
             let mut scenario = random::scenario(seed);
             scenario.time.duration_s = 5.0;
             let at_s = 0.5 + (seed as f64) / 50.0;
-            let sentence = format!("at {at_s} s {}", OWN_SENSE_FAULTS[fault]);
+            let sentence = format!("at {at_s} s {}", fault);
             scenario.faults.push(sentence.parse().expect("a fault"));
             let [one, other] = [(); 2].map(|()| fly(&scenario).expect("room for all"));
             assert_eq!(one.report, other.report, "seed {seed}: {sentence}");

@@ -110,7 +110,7 @@ impl ActiveFault {
     /// The limit that it puts on the link in `tick`, if it does.
     pub(super) fn rate_limit(&self, tick: Tick) -> Option<RateLimit> {
         let LinkImpairment::Rate { samples_per_s, queue } = self.fault.impairment else { return None };
-        self.is_on(tick).then(|| RateLimit {
+        self.is_on(tick).then_some(RateLimit {
             number: self.fault.number,
             begin: self.fault.begin,
             samples_per_s,

@@ -115,7 +115,9 @@ impl<T: Sample> ImpairedLink<T> {
             self.faults.iter().filter(|fault| fault.holds(now)).map(ActiveFault::number).collect();
         let is_kept = |one: &InFlight<T>| one.is_held && !holding.is_empty();
         if self.in_flight.iter().any(|one| one.due <= now && is_kept(one)) {
-            holding.iter().for_each(|number| self.note_acted(*number));
+            for number in holding.iter().copied() {
+                self.note_acted(number);
+            }
         }
         let arrives = |one: &mut InFlight<T>| one.due <= now && !is_kept(one);
         let mut arrived: Vec<_> = self.in_flight.extract_if(.., arrives).collect();
@@ -132,7 +134,9 @@ impl<T: Sample> ImpairedLink<T> {
                     // A sample that waited was altered by what limited the link when it was sent.
                     let sent = sample.tick();
                     let limit = slowest(&self.faults, sent).filter(|_| left > sent);
-                    limit.into_iter().for_each(|limit| self.note_acted(limit.number));
+                    if let Some(limit) = limit {
+                        self.note_acted(limit.number);
+                    }
                     self.send(sample, left);
                 }
                 Passage::Dropped(_, number) => {
@@ -220,7 +224,9 @@ impl<T: Sample> ImpairedLink<T> {
             // A receiver that started after the link stuck repeats the first sample that it gets.
             let repeated = *self.last_true.get_or_insert(sample);
             if repeated.tick() != sent {
-                sticking.iter().for_each(|number| self.note_acted(*number));
+                for number in sticking {
+                    self.note_acted(number);
+                }
             }
             return repeated.stamped(sent);
         }

@@ -285,7 +285,7 @@ mod tests {
         for tick in 0..ticks {
             let of_tick = events.iter().filter(|(at, _)| *at == tick);
             of_tick.for_each(|(at, event)| {
-                watch.on_event(&TimedEvent { tick: Tick(*at), event: event.clone() })
+                watch.on_event(&TimedEvent { tick: Tick(*at), event: event.clone() });
             });
             let mut frame = testing::at_rest(&scenario, tick);
             let report = |number| LinkTotals { link: "2->3".into(), acted: number, ..LinkTotals::default() };

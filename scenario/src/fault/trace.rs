@@ -50,7 +50,7 @@ fn read(path: &Path) -> Result<Vec<f64>, String> {
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
-        let line = 1 + error.as_bytes()[..valid].iter().filter(|byte| **byte == b'\n').count();
+        let line = error.as_bytes()[..valid].split(|byte| *byte == b'\n').count();
         format!("delay file \"{name}\", line {line}: not UTF-8 text: save the file as UTF-8")
     })?;
     parse(&text).map_err(|error| format!("delay file \"{name}\"{error}"))

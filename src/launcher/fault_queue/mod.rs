@@ -187,7 +187,9 @@ impl<'a, R> FaultQueue<'a, R> {
         };
         let count = self.due.iter().take_while(joins).count().max(1);
         let batch: Vec<_> = self.due.drain(..count).collect();
-        batch.iter().for_each(|scheduled| self.postpone_rest(scheduled, now));
+        for scheduled in &batch {
+            self.postpone_rest(scheduled, now);
+        }
         batch
     }
 

@@ -291,10 +291,10 @@ fn in_real_time_a_fault_that_comes_late_says_so_and_keeps_its_duration() {
     );
     // The kill is not late, and both thaws come two seconds after their freezes.
     assert_eq!(apply_all(&mut queue, Tick(401)), [[(agent(3), KILL)]]);
-    assert_eq!(apply_all(&mut queue, Tick(459)), [[(agent(1), ProcessAction::Thaw); 0]; 0]);
+    assert!(apply_all(&mut queue, Tick(459)).is_empty());
     assert_eq!(
         apply_all(&mut queue, Tick(460)),
-        [[(agent(1), ProcessAction::Thaw), (agent(2), ProcessAction::Thaw)]]
+        [[(agent(2), ProcessAction::Thaw), (agent(1), ProcessAction::Thaw)]]
     );
     assert_eq!(queue.take_late(), [], "the thaws are in time");
 }
