@@ -75,10 +75,14 @@ fn to_json(rows: &[ComparedQuantity]) -> Value {
     Value::Object(rows.iter().map(entry).collect())
 }
 
-/// Prints the table. Values of single UAVs, below `flight.`, are in the JSON only.
+/// Quantities that only the JSON has: values of single UAVs and collisions, and the seed that the table has as a number.
+const LEFT_OUT: [&str; 3] = ["flight.", "collision_list.", "seed_text"];
+
+/// Prints the table.
 fn print(rows: &[ComparedQuantity]) {
     tell(&format!("  {:<34} {:>22} {:>22} {:>14}", "", "A", "B", "B - A"));
-    for row in rows.iter().filter(|row| !row.name.starts_with("flight.")) {
+    let is_shown = |row: &&ComparedQuantity| !LEFT_OUT.iter().any(|prefix| row.name.starts_with(prefix));
+    for row in rows.iter().filter(is_shown) {
         let difference = match row.difference() {
             Some(difference) if difference != 0.0 => format!("{difference:+.6}"),
             _ if row.a == row.b => "=".into(),

@@ -8,6 +8,7 @@ mod clean;
 mod compare;
 mod fault_command;
 mod launcher;
+mod log_room;
 mod real_time;
 mod recover_command;
 mod review;
@@ -98,6 +99,10 @@ fn main() -> ExitCode {
     // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
     let Cli { lock_memory, command } = Cli::parse();
+    // Beyond `ulimit -f` a write fails, like on a full disk: whoever writes reports it.
+    if let Err(error) = ringwing_bus::survive_file_size_limit() {
+        eprintln!("ringwing: {error}");
+    }
     if lock_memory && let Err(error) = real_time::lock_memory() {
         eprintln!("ringwing: memory cannot be locked: {error}");
     }

@@ -5,10 +5,12 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
+    log_room,
     real_time::{Urgency, urgency},
     summary::Summary,
 };
 use ringwing_bench::PlacementArgs;
+use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Reading, Setting, Source, start};
 use std::{
@@ -96,10 +98,11 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         plan.record,
         command(args, plan.scenario.seed, &outcome.added_faults),
     );
-    write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // An error means that the reader of the output is gone. The exit code and summary.json still tell the result.
+    // Print first: a disk that is full must not take the result. An error means that the reader of the output is gone.
+    // The exit code and summary.json still tell the result.
     let _ = io::stdout().write_all(text.as_bytes());
+    write(&outcome, &summary)?;
     Ok(summary.verdict.exit_code())
 }
 
@@ -120,6 +123,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     let urgency = urgency(args.placement.placement(), &scenario)?;
     let Urgency { placement, lock_memory, .. } = urgency;
     notes.extend(urgency.notes);
+    notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
         out: args.out.clone(),
@@ -159,7 +163,7 @@ fn settings(args: &RunArgs) -> Vec<Setting> {
 /// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
-    std::fs::write(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
+    write_whole(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
 }
 
 /// The command that repeats the run, with its seed and with the faults that were added during the flight.
