@@ -12,7 +12,7 @@ use crate::{
 use ringwing_bench::PlacementArgs;
 use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
-use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
+use ringwing_scenario::{Fault, Reading, Setting, Source, start};
 use std::{
     io::{self, Write},
     path::PathBuf,
@@ -93,7 +93,12 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         eprintln!("ringwing: {note}");
     }
     let outcome = launch(&plan)?;
-    let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
+    let summary = Summary::new(
+        &plan.scenario,
+        &outcome,
+        plan.record,
+        command(args, plan.scenario.seed, &outcome.added_faults),
+    );
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
     // Print first: a disk that is full must not take the result. An error means that the reader of the output is gone.
     // The exit code and summary.json still tell the result.
@@ -102,14 +107,23 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     Ok(summary.verdict.exit_code())
 }
 
-/// What to launch, and what of the wishes for it is not permitted.
+/// A line for each fault that can have no effect, and for each delay that rounding changes.
+pub(crate) fn warnings(reading: &Reading) -> Vec<String> {
+    reading.warnings().iter().map(|warning| format!("warning: {warning}")).collect()
+}
+
+/// What to launch, what to know about its faults, and what of the wishes for it is not permitted.
 fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
-    let scenario =
-        Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
+    let reading =
+        Reading::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
+    let mut notes = warnings(&reading);
+    let scenario = reading.scenario;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
-    let Urgency { placement, lock_memory, mut notes } = urgency(args.placement.placement(), &scenario)?;
+    let urgency = urgency(args.placement.placement(), &scenario)?;
+    let Urgency { placement, lock_memory, .. } = urgency;
+    notes.extend(urgency.notes);
     notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
@@ -153,15 +167,15 @@ fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     write_whole(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
 }
 
-/// The command that repeats the run, with its seed.
-fn command(args: &RunArgs, seed: u64) -> String {
+/// The command that repeats the run, with its seed and with the faults that were added during the flight.
+fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     // `--by-hand` is not repeated: nobody may be there to start the processes.
     let program = std::env::args().next().unwrap_or_else(|| "ringwing".into());
     let mut words = vec![program, "run".into(), args.scenario.clone()];
     for setting in &args.settings {
         words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
     }
-    words.extend(args.faults.iter().flat_map(|fault| ["--fault".into(), fault.to_string()]));
+    words.extend(args.faults.iter().chain(added).flat_map(|fault| ["--fault".into(), fault.to_string()]));
     words.extend(["--seed".into(), seed.to_string()]);
     words.extend(args.law.iter().flat_map(|law| ["--law".into(), law.clone()]));
     words.extend(args.uavs.iter().flat_map(|uavs| ["--uavs".into(), uavs.to_string()]));

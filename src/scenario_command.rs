@@ -2,8 +2,8 @@
 //!
 //! Never starts a process.
 
-use crate::tell;
-use ringwing_scenario::{Scenario, Source, preset, start};
+use crate::{run::warnings, tell};
+use ringwing_scenario::{Reading, Source, preset, start};
 use std::{
     io::{self, Write},
     process::ExitCode,
@@ -41,11 +41,21 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
         }
         ScenarioVerb::Check { scenario } => {
             let source = Source::find(scenario)?;
-            let scenario = Scenario::read(&source, &[])?;
+            let reading = Reading::read(&source, &[])?;
+            let warnings = warnings(&reading);
+            let scenario = reading.scenario;
             // Drawing start states can fail too: many UAVs may not fit into a small area.
             start::states(&scenario)?;
             let (uavs, duration_s) = (scenario.formation.uavs, scenario.time.duration_s);
-            tell(&format!("{}: {uavs} UAVs, {duration_s} s: nothing is wrong", source.name));
+            for warning in &warnings {
+                eprintln!("ringwing: {warning}");
+            }
+            let result = match warnings.len() {
+                0 => "nothing is wrong".into(),
+                1 => "1 warning".into(),
+                count => format!("{count} warnings"),
+            };
+            tell(&format!("{}: {uavs} UAVs, {duration_s} s: {result}", source.name));
         }
     }
     Ok(ExitCode::SUCCESS)

@@ -300,8 +300,11 @@ impl<'a> Supervisor<'a> {
                 self.report(part, Input::Spawned { pid })?;
             }
             Effect::Watch { pid } => self.inbox.watch_stranger(pid)?,
-            Effect::CleanUp { is_planned: true } => self.janitor.clean_later(self.gate.tick()),
-            Effect::CleanUp { is_planned: false } => self.janitor.clean(),
+            // A recorder leaves nothing to read, and its successor needs its places at the services.
+            Effect::CleanUp { is_planned: true } if part != Part::Recorder => {
+                self.janitor.clean_later(self.gate.tick());
+            }
+            Effect::CleanUp { .. } => self.janitor.clean(),
             Effect::PublishRoster => self.publish_roster()?,
             Effect::EndRun(why) => self.failures.push(why),
             Effect::FailAtEnd(why) => {
@@ -365,6 +368,7 @@ impl<'a> Supervisor<'a> {
         }
         Ok(Outcome {
             folder: self.folder.clone(),
+            added_faults: self.faults.added().to_vec(),
             recorder: self.domain.report(report::RECORDER)?,
             ticks: world.as_ref().map_or_else(|| self.progress.last_tick().0, |world| world.last_tick),
             world,

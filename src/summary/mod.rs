@@ -3,6 +3,7 @@
 //! Never reports 0 for a value that does not exist: the value is null in the JSON and a dash in the text.
 
 mod disturbances;
+mod faults;
 mod line;
 mod text;
 

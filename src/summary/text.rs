@@ -5,6 +5,7 @@
 use super::{
     Summary, Verdict,
     disturbances::{write_chance, write_losses, write_recoveries},
+    faults::effect_lines,
     line::{NOT_SEEN, line},
 };
 use ringwing_flight::Latency;
@@ -27,6 +28,9 @@ impl fmt::Display for Summary {
             write_commanded(f, flight, *uavs)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
+            for [label, value, remark] in effect_lines(&flight.fault_effects) {
+                line(f, &label, &value, &remark)?;
+            }
             write_recoveries(f, flight)?;
             write_losses(f, flight)?;
             write_agreement(f, flight)?;
@@ -139,7 +143,10 @@ fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Resul
     let sum = |count: fn(&LinkTotals) -> u64| links.iter().map(count).sum::<u64>();
     let (offered, lost, late) = (sum(|link| link.offered), sum(|link| link.lost), sum(|link| link.late));
     let (copies, left) = (sum(|link| link.duplicated), sum(|link| link.in_flight));
-    let remark = format!("{lost} lost, {copies} duplicated, {late} late, {left} still on the way");
+    let corrupted = sum(|link| link.corrupted);
+    let remark = format!(
+        "{lost} lost, {corrupted} corrupted, {copies} duplicated, {late} late, {left} still on the way"
+    );
     line(f, &format!("samples on {} links with faults", links.len()), &offered.to_string(), &remark)
 }
 

@@ -49,6 +49,9 @@ impl Event {
             Self::ProcessFault { part, action, sentence } => format!("{part} {}: {sentence}", action.done()),
             Self::FaultRefused { part: Some(part), why, sentence } => format!("{part} {why}: {sentence}"),
             Self::FaultRefused { part: None, why, sentence } => format!("{why}: {sentence}"),
+            Self::FaultLate { part, late_s, sentence } => {
+                format!("{late_s:.2} s late, with its duration kept: {sentence} ({part})")
+            }
             Self::FaultOverdue => {
                 "a fault was not applied in time; flying on: raise supervision.start_timeout_s".into()
             }

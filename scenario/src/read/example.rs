@@ -24,6 +24,7 @@ pub(crate) fn scenario() -> Scenario {
             separation_min_m: Some(10.0),
             settling_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
+            faults_act: true,
             turn_rate_saturated_share_max: Some(0.5),
             ..RequirementsSection::default()
         },

@@ -7,7 +7,7 @@ use crate::preset;
 use std::{
     fs::File,
     io::{self, Read},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 /// Largest scenario file in bytes. A scenario has a page or two; a larger limit would let a device or a log that was
@@ -35,6 +35,15 @@ impl Source {
             None => read_text(wanted).map_err(|message| Problem::of_scenario(wanted, message))?,
         };
         Ok(Self { name: wanted.to_owned(), text })
+    }
+}
+
+impl Source {
+    /// The folder from which relative paths in the text count: that of the file; the working folder for a preset.
+    pub(super) fn folder(&self) -> PathBuf {
+        let is_preset = preset::all().iter().any(|preset| preset.name == self.name);
+        let folder = Path::new(&self.name).parent().filter(|_| !is_preset);
+        folder.map_or_else(PathBuf::new, Path::to_path_buf)
     }
 }
 

@@ -279,5 +279,75 @@ fn added_faults_must_be_possible_in_the_swarm() {
         "--fault \"at 30 s kill uav 7\": there is no uav 7: this run has UAVs 1 to 6"
     );
     let error = with("at 1 s link all delay file \"nowhere.txt\"").unwrap_err().to_string();
-    assert!(error.starts_with("scenario \"unnamed\": delay file \"nowhere.txt\": "), "{error}");
+    let flag = "--fault \"at 1 s link all delay file \"nowhere.txt\"\": ";
+    assert!(error.starts_with(&format!("{flag}delay file \"nowhere.txt\": ")), "{error}");
+    let slow = with("at 1 s slow uav 3 by 3 s").unwrap_err().to_string();
+    assert!(
+        slow.contains("uav 3 would answer 3 s late") && slow.contains("answer_timeout_s to 3.75 s"),
+        "{slow}"
+    );
+    assert!(
+        with("at 1 s link all gilbert loss 5 % burst 5 ms")
+            .unwrap_err()
+            .to_string()
+            .contains("shorter than a tick")
+    );
+}
+
+#[test]
+fn answers_that_the_world_would_not_wait_for_are_refused_in_lockstep_only() {
+    let fault = |second: &str| {
+        format!("faults = [\n{{ at_s = 1.0, do = \"slow uav 3 by 1 s for 2 s\" }},\n{second}\n]")
+    };
+    let together = fault("{ at_s = 2.0, do = \"slow all uavs by 1 s\" }");
+    let error = read(&together, &[]).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "scenario \"wind.toml\", line 3: faults.1.do: uav 3 would answer 2 s late, and in lockstep the world gives up a \
+         process after supervision.answer_timeout_s 2 s: slow it by at most 1.6 s, or set answer_timeout_s to 2.5 s"
+    );
+    assert!(read(&together, &["answer_timeout_s=2.5"]).is_ok());
+    assert!(read(&together, &["real_time=true"]).is_ok());
+    assert!(
+        read(&fault("{ at_s = 3.0, do = \"slow all uavs by 1 s\" }"), &[]).is_ok(),
+        "one after the other"
+    );
+}
+
+#[test]
+fn a_delay_file_counts_from_the_folder_of_its_scenario_and_its_errors_have_both_lines() {
+    let folder = std::env::temp_dir().join(format!("ringwing-reader-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("wifi.txt"), "0.02\n1e300\n").unwrap();
+    let path = folder.join("wind.toml");
+    let text = "seed = 7\n[[faults]]\nat_s = 1.0\ndo = \"link 2->3 delay file \\\"wifi.txt\\\"\"\n";
+    let source = Source { name: path.display().to_string(), text: text.into() };
+    let error = Scenario::read(&source, &[]).unwrap_err().to_string();
+    let expected = format!(
+        "scenario \"{0}/wind.toml\", line 4: faults.0.do: delay file \"{0}/wifi.txt\", line 2: \"1e300\" is outside 0 to 86400 s",
+        folder.display()
+    );
+    assert!(error.starts_with(&expected), "{error}");
+    std::fs::write(folder.join("wifi.txt"), "\u{feff}0.02\r\n").unwrap();
+    let scenario = Scenario::read(&source, &[]).unwrap();
+    assert_eq!(scenario.faults[0].action.to_string(), "link 2->3 delay trace {20 ms}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_warning_names_the_line_or_the_flag_of_a_fault_that_can_have_no_effect() {
+    let text = "[time]\nduration_s = 10.0\n[[faults]]\nat_s = 1.0\ndo = \"link 2->5 blackout\"\n";
+    let source = Source { name: "wind.toml".into(), text: text.into() };
+    let reading = Reading::read(&source, &[]).unwrap();
+    let added = ["at 2 s kill uav 3".parse().unwrap(), "at 30 s kill uav 4".parse().unwrap()];
+    let warnings = reading.with_faults(&added).unwrap().warnings();
+    let lines: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        lines,
+        [
+            "scenario \"wind.toml\", line 5: the fault will have no effect: uav 2 and uav 5 are not ring neighbours, so \
+             they do not listen to each other",
+            "--fault \"at 30 s kill uav 4\": the fault will have no effect: it begins at 30 s, and the flight ends at 10 s",
+        ]
+    );
 }
