@@ -8,6 +8,7 @@ mod clean;
 mod compare;
 mod fault_command;
 mod launcher;
+mod output;
 mod real_time;
 mod recover_command;
 mod review;
@@ -18,7 +19,8 @@ mod verify;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::{CompleteEnv, Shell};
-use std::{io::Write, process::ExitCode};
+use output::tell;
+use std::{io, process::ExitCode};
 
 /// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process
 ///
@@ -88,6 +90,8 @@ const FAILED: u8 = 1;
 const VIOLATED: u8 = 3;
 /// Exit code for wrong usage and for invalid scenarios; clap uses the same.
 const WRONG_USAGE: u8 = 2;
+/// Exit code if the reader of standard output hung up: what a shell reports of a tool that SIGPIPE killed.
+const READER_GONE: u8 = 128 + 13;
 
 /// Arguments that are valid alone, but not together or not with this scenario.
 #[derive(Debug, thiserror::Error)]
@@ -97,9 +101,29 @@ struct WrongUsage(String);
 fn main() -> ExitCode {
     // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
-    let Cli { lock_memory, command } = Cli::parse();
+    let code = match Cli::try_parse() {
+        Ok(cli) => start(cli),
+        Err(answer) => refuse_or_help(&answer),
+    };
+    output::exit_code(code)
+}
+
+/// Prints clap's answer: the help or the version that was asked for, or what is wrong with the arguments.
+fn refuse_or_help(answer: &clap::Error) -> ExitCode {
+    let text = answer.render();
+    let shown = |is_coloured| if is_coloured { text.ansi().to_string() } else { text.to_string() };
+    if answer.use_stderr() {
+        output::note(shown(output::is_coloured(&io::stderr())).trim_end());
+        return ExitCode::from(WRONG_USAGE);
+    }
+    output::print(&shown(output::is_coloured(&io::stdout())));
+    ExitCode::SUCCESS
+}
+
+/// Does what the arguments ask for, and says what went wrong.
+fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
     if lock_memory && let Err(error) = real_time::lock_memory() {
-        eprintln!("ringwing: memory cannot be locked: {error}");
+        output::warning(&format!("memory cannot be locked: {error}"));
     }
     // Let clap parse the default verb too, so that the defaults of `run` are written down only once.
     let verb = command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
@@ -123,12 +147,18 @@ fn main() -> ExitCode {
         Verb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),
         Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
     };
-    result.unwrap_or_else(|error| {
+    result.unwrap_or_else(|error| report(who, &error))
+}
+
+/// Prints the error that ended the command, and returns the exit code for it.
+fn report(who: &str, error: &anyhow::Error) -> ExitCode {
+    match error.downcast_ref::<ringwing_scenario::ScenarioError>() {
+        Some(scenario) => scenario.problems().iter().for_each(|problem| output::error(problem)),
         // All processes of a run write to the same terminal, so each says who it is.
-        eprintln!("ringwing: {who}{error}");
-        let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
-        ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })
-    })
+        None => output::error(&format!("{who}{error}")),
+    }
+    let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
+    ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })
 }
 
 /// Prints the completion script of a shell. The script asks this command, which knows the live runs.
@@ -146,9 +176,4 @@ fn complete(shell: Shell) -> anyhow::Result<ExitCode> {
 fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {
     result?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Prints a line. Errors are ignored: they mean that the reader of the output is gone.
-fn tell(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
 }

@@ -5,17 +5,14 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
+    output,
     real_time::{Urgency, urgency},
     summary::Summary,
 };
 use ringwing_bench::PlacementArgs;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
-use std::{
-    io::{self, Write},
-    path::PathBuf,
-    process::ExitCode,
-};
+use std::{path::PathBuf, process::ExitCode};
 
 /// The paper's Section 4.2.
 const DEFAULT_SCENARIO: &str = "paper-4.2";
@@ -87,14 +84,13 @@ fn part(text: &str) -> Result<Part, String> {
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let (plan, notes) = plan(args)?;
     for note in &notes {
-        eprintln!("ringwing: {note}");
+        output::warning(note);
     }
     let outcome = launch(&plan)?;
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
     write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // An error means that the reader of the output is gone. The exit code and summary.json still tell the result.
-    let _ = io::stdout().write_all(text.as_bytes());
+    output::print(&text);
     Ok(summary.verdict.exit_code())
 }
 

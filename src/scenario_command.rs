@@ -2,12 +2,9 @@
 //!
 //! Never starts a process.
 
-use crate::tell;
+use crate::output::{self, tell};
 use ringwing_scenario::{Scenario, Source, preset, start};
-use std::{
-    io::{self, Write},
-    process::ExitCode,
-};
+use std::process::ExitCode;
 
 /// What to do with scenarios.
 #[derive(Debug, clap::Subcommand)]
@@ -36,8 +33,7 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
         }
         ScenarioVerb::Show { scenario } => {
             let text = Source::find(scenario)?.text;
-            // Unlike `tell`, this adds no line break: the output is the scenario, byte for byte.
-            let _ = io::stdout().write_all(text.as_bytes());
+            output::print(&text);
         }
         ScenarioVerb::Check { scenario } => {
             let source = Source::find(scenario)?;
