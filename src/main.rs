@@ -6,6 +6,7 @@
 mod bench;
 mod clean;
 mod compare;
+mod completion;
 mod fault_command;
 mod launcher;
 mod output;
@@ -20,6 +21,7 @@ mod verify;
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::{CompleteEnv, Shell};
 use output::tell;
+use ringwing_flight::counted;
 use std::{io, process::ExitCode};
 
 /// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process
@@ -99,13 +101,19 @@ const READER_GONE: u8 = 128 + 13;
 struct WrongUsage(String);
 
 fn main() -> ExitCode {
-    // When a shell asks for completions, this answers and exits.
-    CompleteEnv::with_factory(Cli::command).complete();
-    let code = match Cli::try_parse() {
-        Ok(cli) => start(cli),
-        Err(answer) => refuse_or_help(&answer),
+    let code = match answer_shell() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => Cli::try_parse().map_or_else(|answer| refuse_or_help(&answer), start),
+        Err(refusal) => refuse_or_help(&refusal),
     };
     output::exit_code(code)
+}
+
+/// Prints completions if a shell asks for them, and returns whether it does.
+fn answer_shell() -> clap::error::Result<bool> {
+    let command = || completion::with_completers(Cli::command());
+    CompleteEnv::with_factory(command)
+        .try_complete(std::env::args_os(), std::env::current_dir().ok().as_deref())
 }
 
 /// Prints clap's answer: the help or the version that was asked for, or what is wrong with the arguments.
@@ -131,7 +139,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),
         Verb::Fault(args) => ("", fault_command::run(&args)),
-        Verb::Completion { shell } => ("", complete(shell)),
+        Verb::Completion { shell } => ("", completion::run(shell)),
         Verb::Review(args) => ("", review::run(&args)),
         Verb::Verify(args) => ("", verify::run(&args)),
         Verb::Compare(args) => ("", compare::run(&args)),
@@ -153,24 +161,15 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
 /// Prints the error that ended the command, and returns the exit code for it.
 fn report(who: &str, error: &anyhow::Error) -> ExitCode {
     match error.downcast_ref::<ringwing_scenario::ScenarioError>() {
-        Some(scenario) => scenario.problems().iter().for_each(|problem| output::error(problem)),
+        Some(scenario) => {
+            scenario.problems().iter().for_each(|problem| output::error(problem));
+            output::note(&counted(scenario.problems().len(), "error"));
+        }
         // All processes of a run write to the same terminal, so each says who it is.
         None => output::error(&format!("{who}{error}")),
     }
     let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
     ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })
-}
-
-/// Prints the completion script of a shell. The script asks this command, which knows the live runs.
-fn complete(shell: Shell) -> anyhow::Result<ExitCode> {
-    let shells = clap_complete::env::Shells::builtins();
-    let name = shell.to_string();
-    let completer =
-        shells.completer(&name).ok_or_else(|| WrongUsage(format!("there is no completion for {name}")))?;
-    let mut script = Vec::new();
-    completer.write_registration("COMPLETE", "ringwing", "ringwing", "ringwing", &mut script)?;
-    tell(String::from_utf8_lossy(&script).trim_end());
-    Ok(ExitCode::SUCCESS)
 }
 
 fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {

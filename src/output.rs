@@ -9,6 +9,7 @@ use anstyle::{AnsiColor, Style};
 use std::{
     fmt::Display,
     io::{self, ErrorKind, Write},
+    os::fd::AsFd,
     process::ExitCode,
     sync::OnceLock,
 };
@@ -17,6 +18,9 @@ use std::{
 pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
 /// The style of `warning:` and of what deserves a look.
 pub(crate) const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
+
+/// Width where there is no terminal. More does not fit on most terminals when the output is shown later.
+const COLUMNS_DEFAULT: usize = 80;
 
 /// Why standard output could not be written the first time that this happened.
 static FAILURE: OnceLock<io::Error> = OnceLock::new();
@@ -65,6 +69,29 @@ pub(crate) fn is_coloured<S: RawStream>(stream: &S) -> bool {
     AutoStream::choice(stream) != ColorChoice::Never
 }
 
+/// The width of a stream: its terminal's, or else that of `COLUMNS` or of a usual terminal.
+pub(crate) fn columns<S: AsFd>(stream: &S) -> usize {
+    let terminal = terminal_size::terminal_size_of(stream).map(|(width, _)| usize::from(width.0));
+    let variable = || std::env::var("COLUMNS").ok()?.parse().ok();
+    // Some programs open a terminal without telling it its size.
+    terminal.or_else(variable).filter(|columns| *columns > 0).unwrap_or(COLUMNS_DEFAULT)
+}
+
+/// `text` broken at spaces into lines of at most `columns`; a longer word has a line of its own.
+pub(crate) fn wrapped(text: &str, columns: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= columns => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
 /// `text` in `style` if `is_coloured`, or else as it is.
 pub(crate) fn painted(style: Style, text: &str, is_coloured: bool) -> String {
     if is_coloured { format!("{style}{text}{style:#}") } else { text.to_owned() }
@@ -88,6 +115,13 @@ pub(crate) fn exit_code(code: ExitCode) -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn text_is_broken_at_spaces_and_no_word_is_cut() {
+        assert_eq!(wrapped("uav 3 at 58.50 s; repelled", 12), ["uav 3 at", "58.50 s;", "repelled"]);
+        assert_eq!(wrapped("a/very/long/path b", 4), ["a/very/long/path", "b"]);
+        assert_eq!(wrapped("", 4), [""]);
+    }
 
     #[test]
     fn text_is_painted_only_where_colours_are_shown() {

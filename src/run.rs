@@ -4,7 +4,7 @@
 
 use crate::{
     WrongUsage,
-    launcher::{LaunchError, Outcome, Plan, launch},
+    launcher::{LOG, LaunchError, Outcome, Plan, launch},
     output,
     real_time::{Urgency, urgency},
     summary::Summary,
@@ -12,11 +12,16 @@ use crate::{
 use ringwing_bench::PlacementArgs;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// The paper's Section 4.2.
 const DEFAULT_SCENARIO: &str = "paper-4.2";
 const DEFAULT_OUT: &str = "runs";
+/// Name of the layout for viewers in a run's folder; the recorder writes it.
+const LAYOUT: &str = "layout.json";
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
@@ -91,6 +96,9 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
     output::print(&text);
+    if !args.json && plan.record {
+        output::print(&next_steps(&outcome.folder));
+    }
     Ok(summary.verdict.exit_code())
 }
 
@@ -100,6 +108,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
+    check_out(&args.out)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     let Urgency { placement, lock_memory, notes } = urgency(args.placement.placement(), &scenario)?;
     let plan = Plan {
@@ -115,6 +124,14 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         lock_memory,
     };
     Ok((plan, notes))
+}
+
+/// The summary and the printed commands name the run's folder, and they are UTF-8.
+fn check_out(out: &Path) -> Result<(), WrongUsage> {
+    match out.to_str() {
+        Some(_) => Ok(()),
+        None => Err(WrongUsage(format!("--out {out:?}: the path is not UTF-8: choose another folder"))),
+    }
 }
 
 fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
@@ -138,6 +155,23 @@ fn settings(args: &RunArgs) -> Vec<Setting> {
     settings
 }
 
+/// How to look further into a flight that was logged.
+fn next_steps(folder: &Path) -> String {
+    let path = |name: &str| quoted(&folder.join(name).display().to_string());
+    let log = path(LOG);
+    let review = format!("  look     {} review {log}\n", quoted(&program()));
+    // A flight without a recorder that finished may have no layout.
+    if !folder.join(LAYOUT).exists() {
+        return review;
+    }
+    format!("{review}           open {log} in Foxglove with {}\n", path(LAYOUT))
+}
+
+/// This command, as the user called it.
+fn program() -> String {
+    std::env::args().next().unwrap_or_else(|| "ringwing".into())
+}
+
 /// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
@@ -147,8 +181,7 @@ fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
 /// The command that repeats the run, with its seed.
 fn command(args: &RunArgs, seed: u64) -> String {
     // `--by-hand` is not repeated: nobody may be there to start the processes.
-    let program = std::env::args().next().unwrap_or_else(|| "ringwing".into());
-    let mut words = vec![program, "run".into(), args.scenario.clone()];
+    let mut words = vec![program(), "run".into(), args.scenario.clone()];
     for setting in &args.settings {
         words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
     }

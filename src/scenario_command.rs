@@ -3,8 +3,9 @@
 //! Never starts a process.
 
 use crate::output::{self, tell};
-use ringwing_scenario::{Scenario, Source, preset, start};
-use std::process::ExitCode;
+use ringwing_flight::counted;
+use ringwing_scenario::{Preset, Scenario, Source, preset, start};
+use std::{io, process::ExitCode};
 
 /// What to do with scenarios.
 #[derive(Debug, clap::Subcommand)]
@@ -28,7 +29,7 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
     match verb {
         ScenarioVerb::List => {
             for preset in preset::all() {
-                tell(&format!("{:12} {}", preset.name, preset.description));
+                list(preset);
             }
         }
         ScenarioVerb::Show { scenario } => {
@@ -41,8 +42,23 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
             // Drawing start states can fail too: many UAVs may not fit into a small area.
             start::states(&scenario)?;
             let (uavs, duration_s) = (scenario.formation.uavs, scenario.time.duration_s);
-            tell(&format!("{}: {uavs} UAVs, {duration_s} s: nothing is wrong", source.name));
+            let uavs = counted(uavs, "UAV");
+            tell(&format!("{}: {uavs}, {duration_s} s: nothing is wrong", source.name));
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Width of the column of names: the longest name has 14 characters.
+const NAME_COLUMNS: usize = 15;
+
+/// Prints the name and the description of a preset.
+fn list(preset: &Preset) {
+    let columns = output::columns(&io::stdout()).saturating_sub(NAME_COLUMNS);
+    let mut name = preset.name;
+    for line in output::wrapped(preset.description, columns) {
+        tell(&format!("{name:NAME_COLUMNS$}{line}"));
+        // Further lines of the description stand below the first one.
+        name = "";
+    }
 }

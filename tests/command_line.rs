@@ -61,9 +61,11 @@ fn all_errors_of_a_scenario_are_reported_at_once_before_anything_starts() {
     for arguments in [&["run", file][..], &["scenario", "check", file]] {
         let (code, _, stderr) = output(arguments);
         assert_eq!(code, Some(2), "{stderr}");
-        for problem in ["line 2: formation.uavs", "line 3: formation.spacing", "line 5: time.duration_s"] {
-            assert!(stderr.contains(problem), "no {problem:?} in {stderr}");
+        for problem in ["2: formation.uavs", "3: formation.spacing", "5: time.duration_s"] {
+            let line = format!("error: {file}:{problem}");
+            assert!(stderr.contains(&line), "no {line:?} in {stderr}");
         }
+        assert!(stderr.ends_with("\n3 errors\n"), "{stderr}");
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }

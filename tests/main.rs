@@ -16,6 +16,7 @@ mod endings;
 mod faults;
 mod losses;
 mod presets;
+mod printing;
 mod real_time;
 mod simulation;
 mod sizes;

@@ -174,7 +174,7 @@ impl<'a> Supervisor<'a> {
         let mut is_late = false;
         while !self.processes.living().is_empty() {
             for part in self.processes.frozen() {
-                self.progress.print(&format!("{part} was still frozen at the end; killed"));
+                self.progress.print_warning(&format!("{part} was still frozen at the end; killed"));
                 self.report(part, Input::Killed)?;
             }
             if since.elapsed() > LEAVE_LIMIT && !is_late {
@@ -288,7 +288,7 @@ impl<'a> Supervisor<'a> {
             Effect::PublishRoster => self.publish_roster()?,
             Effect::EndRun(why) => self.failures.push(why),
             Effect::FailAtEnd(why) => {
-                self.progress.print(&why);
+                self.progress.print_error(&why);
                 self.late_failures.push(why);
             }
         }

@@ -12,7 +12,7 @@ use crate::{
 use anyhow::bail;
 use difference::Difference;
 use ringwing_bus::Placement;
-use ringwing_flight::TimedEvent;
+use ringwing_flight::{TimedEvent, counted};
 use ringwing_recorder::{
     log::reader::{LogMessage, Reader},
     schema::topics,
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
 fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
     match result {
         Ok(count) => {
-            tell(&format!("{}: repeated to the bit, {count} messages compared", log.display()));
+            tell(&format!("{}: repeated to the bit, {} compared", log.display(), counted(count, "message")));
             ExitCode::SUCCESS
         }
         Err(difference) => {

@@ -16,6 +16,7 @@ pub mod schedule;
 mod tests;
 pub mod trace;
 
+pub use grammar::next_words;
 pub use lexer::FaultSyntaxError;
 pub use link::{Delay, LinkImpairment, Links, Receiver, Sender};
 
