@@ -16,6 +16,8 @@ use std::{
 
 /// The style of `error:` and of everything that is as bad.
 pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
+/// The style of what went well.
+pub(crate) const GOOD: Style = AnsiColor::Green.on_default().bold();
 /// The style of `warning:` and of what deserves a look.
 pub(crate) const DOUBTFUL: Style = AnsiColor::Yellow.on_default().bold();
 

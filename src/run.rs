@@ -94,7 +94,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let outcome = launch(&plan)?;
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
     write(&outcome, &summary)?;
-    let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
+    let text = if args.json { summary.to_json() + "\n" } else { summary.for_terminal() };
     output::print(&text);
     if !args.json && plan.record {
         output::print(&next_steps(&outcome.folder));

@@ -33,7 +33,7 @@ pub(crate) struct ReviewArgs {
 /// Prints the summary and draws the figures; the exit code is that of the flight.
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
     let flight = LoggedFlight::read(&args.log)?;
-    let text = if args.json { flight.summary.to_json() } else { flight.summary.to_string() };
+    let text = if args.json { flight.summary.to_json() } else { flight.summary.for_terminal() };
     tell(text.trim_end());
     let beside = || args.log.with_file_name("review");
     let folder = args.out.clone().or_else(|| (!args.json).then(beside));

@@ -2,6 +2,7 @@
 //!
 //! Never reports 0 for a value that does not exist: the value is null in the JSON and a dash in the text.
 
+mod line;
 mod text;
 
 use crate::{
