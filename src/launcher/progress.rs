@@ -115,13 +115,12 @@ fn head(event: &Event, is_coloured: bool) -> String {
     }
 }
 
-/// The kind of an event in a word, from its name in the log: `lost` for `process.lost`.
+/// The kind of an event in a word, from its name in the log: `process` for `process.lost`.
 fn kind(name: &'static str) -> &'static str {
     match name.split_once('.') {
         Some(("fault", what @ ("healed" | "refused" | "requested" | "overdue"))) => what,
-        // Which fault it is follows in the text, and what is wrong with the recorder, too.
-        Some((subject @ ("fault" | "recorder"), _)) => subject,
-        Some((_, what)) => what,
+        // What happened to the process, or which fault it is, follows in the text.
+        Some((subject, _)) => subject,
         None => name,
     }
 }
@@ -144,6 +143,6 @@ mod tests {
         let healed = Event::FaultHealed { sentence: "link all hold".into() };
         let ready = Event::ProcessReady { part: Part::Leader };
         let heads = [collision, kill, link, healed, ready].map(|event| head(&event, false));
-        assert_eq!(heads, ["error: collision", "warning: fault", "fault", "healed", "ready"]);
+        assert_eq!(heads, ["error: collision", "warning: fault", "fault", "healed", "process"]);
     }
 }
