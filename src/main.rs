@@ -28,7 +28,13 @@ use std::{io, process::ExitCode};
 ///
 /// Without a subcommand, ringwing flies the paper's Section 4.2, like `ringwing run`.
 #[derive(Debug, Parser)]
-#[command(name = "ringwing", version, max_term_width = 110, subcommand_negates_reqs = true)]
+#[command(
+    name = "ringwing",
+    version,
+    max_term_width = 110,
+    subcommand_negates_reqs = true,
+    after_help = EXIT_CODES
+)]
 struct Cli {
     /// (process) Keep the memory of this process in RAM
     #[arg(long, hide = true)]
@@ -86,6 +92,9 @@ enum Verb {
     Recorder(ringwing_recorder::RecorderArgs),
 }
 
+/// What the exit codes below mean, for the help.
+const EXIT_CODES: &str = "Exit codes: 0 done or passed; 1 failed; 2 wrong usage or an invalid scenario; 3 a requirement is \
+                          violated, or a repeated flight differs; 141 the reader of the output hung up";
 /// Exit code of a run or tool that failed.
 const FAILED: u8 = 1;
 /// Exit code of a flight that violated a requirement of its scenario.

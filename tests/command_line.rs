@@ -79,6 +79,11 @@ fn wrong_usage_exits_with_2_and_hints_at_the_fix() {
         (&["run", "--duration", "-3"], "--duration"),
         (&["run", "--set", "speed"], "key=value"),
         (&["run", "--set", "wind.speed=3"], "no such key"),
+        (&["run", "paper-42"], "did you mean paper-4.2?"),
+        (&["run", "--set", "formation.uav=7"], "did you mean uavs?"),
+        (&["run", "--set", "requirements.collision_max=0"], "did you mean collisions_max?"),
+        (&["run", "--fault", "at 1 s kil uav 3"], "did you mean kill?"),
+        (&["run", "--law", "resilent"], "'resilient'"),
         (&["run", "--by-hand", "pilot"], "agent-"),
         (&["run", "--by-hand", "agent-99"], "UAVs 1 to 6"),
         (&["run", "--set", "start.draw.separation_m=1000", "--uavs", "50"], "separation_m"),
@@ -88,6 +93,7 @@ fn wrong_usage_exits_with_2_and_hints_at_the_fix() {
         let (code, _, stderr) = output(arguments);
         assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
         assert!(stderr.to_lowercase().contains(&hint.to_lowercase()), "no {hint:?} in {stderr}");
+        assert!(stderr.starts_with("error: "), "{stderr}");
     }
 }
 
