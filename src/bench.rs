@@ -27,6 +27,9 @@ pub(crate) struct MeasuredWorldArgs {
 pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     let report = ringwing_bench::run(args).map_err(usage_or_failure)?;
     tell(report.text.trim_end());
+    if let Some(error) = report.unwritten {
+        return Err(error.into());
+    }
     Ok(if report.is_complete { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 

@@ -88,13 +88,17 @@ fn to_json(rows: &[ComparedQuantity]) -> Value {
     Value::Object(rows.iter().map(entry).collect())
 }
 
-/// Prints the table. Values of single UAVs, below `flight.`, are in the JSON only.
+/// Quantities that only the JSON has: values of single UAVs and collisions, and the seed that the table has as a number.
+const LEFT_OUT: [&str; 3] = ["flight.", "collision_list.", "seed_text"];
+
+/// Prints the table.
 fn print(rows: &[ComparedQuantity]) {
     let is_wide = output::columns(&io::stdout()) >= TABLE_COLUMNS;
     if is_wide {
         tell(&wide("", ["A", "B", "B - A"]));
     }
-    for row in rows.iter().filter(|row| !row.name.starts_with("flight.")) {
+    let is_shown = |row: &&ComparedQuantity| !LEFT_OUT.iter().any(|prefix| row.name.starts_with(prefix));
+    for row in rows.iter().filter(is_shown) {
         let [a, b, difference] = [shown(&row.a), shown(&row.b), shown_difference(row)];
         let values = [a.as_str(), &b, &difference];
         tell(&if is_wide { wide(&row.name, values) } else { narrow(&row.name, values) });

@@ -9,6 +9,7 @@ mod compare;
 mod completion;
 mod fault_command;
 mod launcher;
+mod log_room;
 mod output;
 mod real_time;
 mod recover_command;
@@ -139,6 +140,10 @@ fn refuse_or_help(answer: &clap::Error) -> ExitCode {
 
 /// Does what the arguments ask for, and says what went wrong.
 fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
+    // Beyond `ulimit -f` a write fails, like on a full disk: whoever writes reports it.
+    if let Err(error) = ringwing_bus::survive_file_size_limit() {
+        output::warning(&error);
+    }
     if lock_memory && let Err(error) = real_time::lock_memory() {
         output::warning(&format!("memory cannot be locked: {error}"));
     }

@@ -5,11 +5,12 @@
 use crate::{
     WrongUsage,
     launcher::{LOG, LaunchError, Outcome, Plan, launch},
-    output,
+    log_room, output,
     real_time::{Urgency, urgency},
     summary::Summary,
 };
 use ringwing_bench::PlacementArgs;
+use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
 use std::{
@@ -93,12 +94,13 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     let outcome = launch(&plan)?;
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
-    write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.for_terminal() };
+    // Print first: a disk that is full must not take the result.
     output::print(&text);
     if !args.json && plan.record {
         output::print(&next_steps(&outcome.folder));
     }
+    write(&outcome, &summary)?;
     Ok(summary.verdict.exit_code())
 }
 
@@ -110,7 +112,8 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     start::states(&scenario)?;
     check_out(&args.out)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
-    let Urgency { placement, lock_memory, notes } = urgency(args.placement.placement(), &scenario)?;
+    let Urgency { placement, lock_memory, mut notes } = urgency(args.placement.placement(), &scenario)?;
+    notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
         out: args.out.clone(),
@@ -175,7 +178,7 @@ fn program() -> String {
 /// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
-    std::fs::write(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
+    write_whole(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
 }
 
 /// The command that repeats the run, with its seed.

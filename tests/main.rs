@@ -15,6 +15,8 @@ mod determinism;
 mod endings;
 mod faults;
 mod losses;
+mod machines;
+mod pauses;
 mod presets;
 mod printing;
 mod real_time;

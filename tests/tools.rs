@@ -38,6 +38,22 @@ fn review_computes_the_summary_of_the_run_from_its_log() {
 }
 
 #[test]
+fn review_and_run_give_the_same_figures() {
+    // With collisions, faults and a violation, so that every kind of figure is there.
+    let run = Swarm::fly("storm").with("--law paper --seed 9").finish();
+    assert!(run.number("collisions") > 0.0, "{:#}", run.summary);
+    let (code, json, _) = tool(&["review", text(&log_of(&run)), "--json"]);
+    let reviewed: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(code, run.status.code());
+    for (key, value) in run.summary.as_object().unwrap() {
+        // A log holds neither the wall-clock times of its run nor the command that started it.
+        if !["start_s", "wall_s", "real_time_factor", "command"].contains(&key.as_str()) {
+            assert_eq!(reviewed[key], *value, "{key}");
+        }
+    }
+}
+
+#[test]
 fn review_draws_a_self_contained_page() {
     let run = Swarm::fly("paper-4.2").finish();
     let (code, table, stderr) = tool(&["review", text(&log_of(&run))]);
@@ -115,8 +131,17 @@ fn verify_reports_why_a_flight_cannot_be_repeated() {
     let running = Swarm::fly("paper-4.1").with("--duration 60").start();
     running.wait_for_second(1.0);
     running.signal(Part::Leader, Signal::KILL);
-    for (run, reason) in [(real_time, "real-time run"), (running.finish(), "happened by chance: the leader")]
-    {
+    let live = Swarm::fly("paper-4.1").with("--duration 60").start();
+    live.wait_for_second(1.0);
+    let (code, answer, _) = tool(&["fault", &live.domain().id().to_string(), "link 2->3 hold for 1 s"]);
+    assert_eq!(code, Some(0), "{answer}");
+    let gap = Swarm::fly("paper-4.1").with("--duration 10").fault("at 5 s kill recorder").finish();
+    for (run, reason) in [
+        (real_time, "real-time run"),
+        (running.finish(), "happened by chance: the leader"),
+        (live.finish(), "happened by chance: at"),
+        (gap, "which ticks it lacks is chance"),
+    ] {
         let (code, _, stderr) = tool(&["verify", text(&log_of(&run))]);
         assert_eq!(code, Some(1));
         assert!(stderr.contains("is not repeatable") && stderr.contains(reason), "{stderr}");

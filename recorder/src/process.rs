@@ -129,13 +129,16 @@ impl RecordingLoop {
     fn send_progress(&mut self, ports: &RecorderPorts) -> Result<(), RecorderError> {
         let Some(moment) = self.recording.moment() else { return Ok(()) };
         let interval = self.clock.interval(moment.tick, PROGRESS_HZ);
-        let Some(slot_error_max_m) = moment.slot_error_max_m.filter(|_| interval != self.progress) else {
+        if interval == self.progress {
             return Ok(());
-        };
+        }
         self.progress = interval;
-        let (tick, commanded) = (Tick(moment.tick), moment.commanded);
-        let error = FormationError { tick, slot_error_max_m, commanded, reserved: 0 };
-        ports.send_progress(error)
+        ports.send_progress(FormationError {
+            tick: Tick(moment.tick),
+            slot_error_max_m: moment.slot_error_max_m.unwrap_or_default(),
+            commanded: moment.commanded,
+            measured: moment.slot_error_max_m.is_some().into(),
+        })
     }
 
     fn finish(&mut self, member: &Member) -> Result<(), RecorderError> {

@@ -36,7 +36,7 @@ impl Everybody {
         let (owner, gate) = DomainOwner::create(&scenario.to_toml()).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
         Self {
-            _services: Services::create(&node, &gate, &scenario).unwrap(),
+            _services: Services::create(&node, owner.domain(), &scenario, 1024).unwrap(),
             scenario,
             journal: JournalWriter::open(&node, UAVS).unwrap(),
             events: services::world_events().publisher(&node).unwrap(),

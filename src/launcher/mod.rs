@@ -10,6 +10,7 @@ mod faults;
 mod inbox;
 mod janitor;
 mod lifecycle;
+mod pause;
 mod ports;
 mod process_table;
 mod progress;
@@ -20,8 +21,9 @@ use inbox::Inbox;
 use ports::LauncherPorts;
 use ringwing_bench::MeasureArgs;
 use ringwing_bus::{
-    BusError, Domain, Placement, Services, create_node,
+    BusError, Capacity, Demand, Domain, Placement, Services, create_node,
     domain::{DomainOwner, remove_abandoned},
+    write_whole,
 };
 use ringwing_flight::{Part, WorldReport};
 use ringwing_recorder::RecorderReport;
@@ -104,7 +106,7 @@ pub(crate) enum LaunchError {
     #[error(transparent)]
     Bus(#[from] BusError),
     /// A process or thread cannot be started.
-    #[error("{what} cannot be started: {source}")]
+    #[error("{what} cannot be started: {source}{}", spawn_remedy(source))]
     Spawn {
         /// The process or thread.
         what: String,
@@ -113,17 +115,33 @@ pub(crate) enum LaunchError {
     },
 }
 
+/// What to do about a process or thread that cannot be started.
+fn spawn_remedy(source: &io::Error) -> &'static str {
+    match source.kind() {
+        // Too many processes: of this user, of its control group, or of the machine.
+        io::ErrorKind::WouldBlock => {
+            "; raise `ulimit -u`, start the container with a higher `--pids-limit`, or fly fewer UAVs"
+        }
+        io::ErrorKind::OutOfMemory => "; end other programs, or fly fewer UAVs",
+        _ => "",
+    }
+}
+
 /// Flies `plan` to its end, and says how it went.
 pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let begin = Instant::now();
     // Open the inbox first: from here on an interrupt ends the run in order.
     let inbox = Inbox::open()?;
     remove_abandoned();
+    // Before anything is made: a run that lacks something later ends by a signal, and says nothing.
+    let demand = Demand::of(&plan.scenario, plan.recorder);
+    let journal_depth = Capacity::look().admit(&demand).map_err(BusError::from)?;
     let resolved = plan.scenario.to_toml();
     let (owner, gate) = DomainOwner::create(&resolved)?;
+    demand.set_aside(owner.domain(), journal_depth)?;
     let folder = make_folder(plan, owner.domain(), &resolved)?;
     let node = create_node(owner.domain(), "launcher")?;
-    let services = Services::create(&node, &gate, &plan.scenario)?;
+    let services = Services::create(&node, owner.domain(), &plan.scenario, journal_depth)?;
     let ports = LauncherPorts::open(node, services)?;
     Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)
 }
@@ -135,7 +153,7 @@ fn make_folder(plan: &Plan, domain: &Domain, resolved: &str) -> Result<PathBuf, 
     let config = folder.join("config");
     fs::create_dir_all(&config).map_err(|source| LaunchError::Folder { path: folder.clone(), source })?;
     let write = |path: PathBuf, text: &str| {
-        fs::write(&path, text).map_err(|source| LaunchError::Folder { path, source })
+        write_whole(&path, text).map_err(|source| LaunchError::Folder { path, source })
     };
     write(folder.join("scenario.toml"), resolved)?;
     write(config.join("iceoryx2.toml"), &domain.iox2_config())?;

@@ -2,15 +2,19 @@
 //!
 //! Never uses anything but the log: the same file gives the same numbers on every machine.
 
-use crate::summary::{LogFindings, Summary};
-use ringwing_flight::{Event, Latency, TimedEvent};
+use crate::summary::{LogFindings, LoggedWorld, Summary};
+use ringwing_flight::{Collision, Event, Latency, LatencyTally, TickTiming, TimedEvent};
 use ringwing_recorder::{
     Metrics,
     log::reader::{ReadError, Reader, Replayed},
     metrics::{ControlTerms, UavFrame},
+    schema::Timing,
 };
 use ringwing_scenario::Scenario;
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path, str::FromStr};
+
+/// Nanoseconds per microsecond.
+const NS_PER_US: f64 = 1e3;
 
 /// One value for each tick of a flight; `None` if it does not exist at that tick.
 pub(crate) type Column = Vec<Option<f64>>;
@@ -136,24 +140,37 @@ impl UavColumns {
 /// Measures a flight while its log is read.
 struct FlightMeter {
     metrics: Metrics,
+    rate_hz: u32,
     /// The tick after the last one that has UAVs.
     expected: i64,
     /// Number of ticks missing between those.
     lost: u64,
-    collisions: usize,
+    collisions: Vec<Collision>,
+    latency: LatencyTally,
     messages: u64,
 }
 
 impl FlightMeter {
     fn new(scenario: &Scenario) -> Self {
-        Self { metrics: Metrics::new(scenario), expected: 0, lost: 0, collisions: 0, messages: 0 }
+        Self {
+            metrics: Metrics::new(scenario),
+            rate_hz: scenario.time.rate_hz,
+            expected: 0,
+            lost: 0,
+            collisions: Vec::new(),
+            latency: LatencyTally::new(),
+            messages: 0,
+        }
     }
 
     fn observe(&mut self, tick: &Replayed) {
         self.messages += tick.messages;
         for event in &tick.events {
-            self.collisions += usize::from(matches!(event.event, Event::Collision { .. }));
+            self.collisions.extend(collision(event, self.rate_hz));
             self.metrics.on_event(event);
+        }
+        if let Some(timing) = &tick.timing {
+            self.latency.add(&tick_timing(timing));
         }
         if !tick.has_uavs() {
             return;
@@ -171,13 +188,15 @@ impl FlightMeter {
         flight: &LoggedFlight,
     ) -> LogFindings {
         let log = reader.path().display().to_string();
+        let world = reader.result().map(logged_world).unwrap_or_default();
         LogFindings {
             flight: self.metrics.summary(),
             ticks: (self.expected - 1).max(0),
             collisions: self.collisions,
             failures: failures(reader, flight),
-            payload_hash: reader.result().and_then(|result| result.get("world.payload_hash")).cloned(),
-            latency: latency(&flight.round_trip_us),
+            // The world has measured every tick; of a log without its account, the ticks in the log count.
+            latency: world.latency.or_else(|| self.latency.latency()),
+            world,
             command: format!("ringwing verify {log}"),
             log,
             messages: self.messages,
@@ -203,12 +222,44 @@ fn failures<R: std::io::Read + std::io::Seek>(reader: &Reader<R>, flight: &Logge
     failures
 }
 
-/// Percentiles of the round trips of all ticks, if the log has any.
-fn latency(round_trips_us: &Column) -> Option<Latency> {
-    let mut sorted: Vec<f64> = round_trips_us.iter().flatten().copied().filter(|us| *us > 0.0).collect();
-    sorted.sort_by(f64::total_cmp);
-    let at = |share: f64| sorted.get(((sorted.len() as f64 * share) as usize).min(sorted.len() - 1)).copied();
-    // This ends the function for an empty list, so `at` never subtracts 1 from a length of 0.
-    let max_us = *sorted.last()?;
-    Some(Latency { p50_us: at(0.5)?, p99_us: at(0.99)?, max_us })
+/// The collision that an event tells of.
+fn collision(TimedEvent { tick, event }: &TimedEvent, rate_hz: u32) -> Option<Collision> {
+    let Event::Collision { uav, with, position_m } = *event else { return None };
+    Some(Collision { time_s: tick.seconds(rate_hz), uav, with, position_m })
+}
+
+/// What a latency needs of a logged tick.
+fn tick_timing(timing: &Timing) -> TickTiming {
+    let round_trip_ns = (timing.round_trip_us * NS_PER_US).round() as u64;
+    TickTiming { tick: timing.tick, answered: timing.answered, round_trip_ns, ..TickTiming::default() }
+}
+
+/// The world's account in the `result` of a log.
+fn logged_world(result: &BTreeMap<String, String>) -> LoggedWorld {
+    let latency = || {
+        Some(Latency {
+            p50_us: logged(result, "latency.p50_us")?,
+            p99_us: logged(result, "latency.p99_us")?,
+            max_us: logged(result, "latency.max_us")?,
+        })
+    };
+    LoggedWorld {
+        payload_hash: logged(result, "payload_hash"),
+        // Without any collision, the account does not name them.
+        collisions: result.contains_key("world.payload_hash").then(|| {
+            (0..).take_while(|index| result.contains_key(&format!("world.collisions.{index}.time_s"))).count()
+        }),
+        failsafes: logged(result, "failsafes"),
+        refused_commands: logged(result, "refused_commands"),
+        reused_commands: logged(result, "reused_commands"),
+        missed_deadlines: logged(result, "missed_deadlines"),
+        unanswered_ticks: logged(result, "unanswered_ticks"),
+        late_max_us: logged(result, "late_max_us"),
+        latency: latency(),
+    }
+}
+
+/// The world's `quantity` in the `result` of a log.
+fn logged<T: FromStr>(result: &BTreeMap<String, String>, quantity: &str) -> Option<T> {
+    result.get(&format!("world.{quantity}"))?.parse().ok()
 }

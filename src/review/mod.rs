@@ -11,6 +11,7 @@ pub(crate) use flight::LoggedFlight;
 
 use crate::tell;
 use page::DrawnFigure;
+use ringwing_bus::write_whole;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -59,7 +60,7 @@ fn draw(flight: &LoggedFlight, folder: &Path) -> anyhow::Result<()> {
 }
 
 fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    fs::write(path, text).map_err(|error| unwritable(path, &error))
+    write_whole(path, text).map_err(|error| unwritable(path, &error))
 }
 
 fn unwritable(path: &Path, error: &dyn std::fmt::Display) -> anyhow::Error {

@@ -6,6 +6,8 @@
 use crate::output::wrapped;
 use std::fmt;
 
+/// What is written for a value that the flight was too short to measure.
+pub(super) const NOT_SEEN: &str = "not seen to the end";
 /// Narrowest width at which a label and its value share a line. Below it, no place would be left for a remark.
 const ONE_LINE_COLUMNS_MIN: usize = 70;
 /// Indentation of what follows a label on further lines.

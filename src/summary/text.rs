@@ -4,19 +4,16 @@
 
 use super::{
     Summary, Verdict,
-    line::{is_narrow, line, paragraph},
+    disturbances::{write_chance, write_losses, write_recoveries},
+    line::{NOT_SEEN, is_narrow, line, paragraph},
 };
 use crate::output;
 use ringwing_flight::{Latency, counted};
-use ringwing_recorder::metrics::{
-    ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary, UavSummary,
-};
+use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary, UavSummary};
 use std::{fmt, io};
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
 const LISTED_UAVS: usize = 12;
-/// Faults listed one by one; the summary only counts the others. More lines push the verdict off a terminal.
-const LISTED_FAULTS: usize = 12;
 /// UAVs named after an obstacle that repelled them; the summary only counts the others. More names make the line too
 /// long for a terminal.
 const LISTED_REPELLED: usize = 6;
@@ -26,17 +23,20 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mode = if self.real_time { "real time" } else { "lockstep" };
         let Self { scenario, uavs, rate_hz, seed, .. } = self;
-        let (uavs, law) = (counted(*uavs, "UAV"), self.law.name());
-        paragraph(f, "", &format!("{scenario}: {uavs}, {law} law, {rate_hz} Hz, {mode}, seed {seed}"))?;
+        let (swarm, law) = (counted(*uavs, "UAV"), self.law.name());
+        paragraph(f, "", &format!("{scenario}: {swarm}, {law} law, {rate_hz} Hz, {mode}, seed {seed}"))?;
         writeln!(f)?;
         if let Some(flight) = &self.flight {
             write_uavs(f, flight)?;
+            write_commanded(f, flight, *uavs)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
             write_recoveries(f, flight)?;
+            write_losses(f, flight)?;
             write_agreement(f, flight)?;
             write_saturation(f, flight)?;
             write_links(f, flight)?;
+            write_lost_ticks(f, flight)?;
         }
         self.write_world(f)?;
         self.write_verdict(f)
@@ -76,10 +76,29 @@ fn write_uav_in_words(f: &mut fmt::Formatter<'_>, uav: &UavSummary) -> fmt::Resu
     line(f, &format!("uav {} at the end", uav.uav), &slot, &rest)
 }
 
+/// Writes how many UAVs fly on command, unless all do.
+fn write_commanded(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, uavs: u32) -> fmt::Result {
+    if flight.ticks == 0 || flight.commanded == uavs {
+        return Ok(());
+    }
+    line(f, "UAVs on command at the end", &format!("{} of {uavs}", flight.commanded), "")
+}
+
+/// When the formation settled, and a remark.
+fn settling(flight: &FlightSummary) -> (String, String) {
+    match (flight.settling_s, flight.whole_since_s) {
+        (Some(settling_s), _) => (format!("{settling_s:.2} s"), String::new()),
+        (None, Some(since_s)) => {
+            (NOT_SEEN.into(), format!("within 1 m since {since_s:.2} s, which is less than 5 s"))
+        }
+        (None, None) if flight.ticks == 0 => ("-".into(), "no tick was measured".into()),
+        (None, None) => ("never".into(), String::new()),
+    }
+}
+
 fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    let settling =
-        flight.settling_s.map_or_else(|| "never".into(), |settling_s| format!("{settling_s:.2} s"));
-    line(f, "settled within 1 m of every slot", &settling, "")?;
+    let (settling, remark) = settling(flight);
+    line(f, "settled within 1 m of every slot", &settling, &remark)?;
     line(f, "largest slot error at the end", &metres(flight.slot_error_max_m), "")?;
     line(f, "distances to L, largest error", &metres(flight.neighbour_error_max_m), "at the end")?;
     line(f, "distances to R, largest error", &metres(flight.radius_error_max_m), "at the end")?;
@@ -99,18 +118,6 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
     };
     let who = format!("uav {} at {:.2} s; {repelled}", obstacle.uav, obstacle.time_s);
     line(f, &format!("clearance of {}", obstacle.name), &metres(Some(obstacle.clearance_m)), &who)
-}
-
-fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    for FaultRecovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
-        let value = recovery_s.map_or_else(|| "never".into(), |recovery_s| format!("{recovery_s:.2} s"));
-        line(f, "settled again after a fault", &value, &format!("{fault} at {time_s:.2} s"))?;
-    }
-    let more = flight.faults.saturating_sub(LISTED_FAULTS as u64);
-    if more > 0 {
-        line(f, "more faults", &more.to_string(), "")?;
-    }
-    Ok(())
 }
 
 /// Writes when the UAVs last disagreed on who is alive, if they ever did.
@@ -158,6 +165,14 @@ fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Resul
     )
 }
 
+/// Writes how many ticks nobody has measured, if there are any.
+fn write_lost_ticks(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    match flight.ticks_lost {
+        0 => Ok(()),
+        lost => line(f, "ticks not measured", &lost.to_string(), &format!("of {}", lost + flight.ticks)),
+    }
+}
+
 impl Summary {
     /// The text for standard output: as wide as its terminal, and with the colours that it shows.
     pub(crate) fn for_terminal(&self) -> String {
@@ -199,6 +214,9 @@ impl Summary {
         writeln!(f, "\n  verdict  {}", output::painted(style, verdict, f.alternate()))?;
         for reason in self.failures.iter().chain(&self.violations) {
             paragraph(f, "           ", reason)?;
+        }
+        if let Some(flight) = &self.flight {
+            write_chance(f, flight)?;
         }
         // The rest is for copying, so its lines are never broken.
         if let Some(log) = &self.log {

@@ -84,6 +84,12 @@ fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
         }
+        if let Some(TimedEvent { tick, event }) = first_about_recorder(&tick.events) {
+            bail!(
+                "{not}: which ticks it lacks is chance, because at {tick} this happened: {}",
+                scenario.event_text(event)
+            );
+        }
     }
     if let Some(damage) = reader.damages().listed.first() {
         bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.problem);
@@ -115,6 +121,11 @@ fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
     events.iter().find(|timed| timed.event.is_by_chance())
 }
 
+/// The first event about the recorder. It never changes the flight, but the log of another flight will not have it.
+fn first_about_recorder(events: &[TimedEvent]) -> Option<&TimedEvent> {
+    events.iter().find(|timed| timed.event.makes_log_unrepeatable())
+}
+
 /// Whether a message should be equal in both logs; wall-clock times differ from run to run.
 fn is_compared(message: &LogMessage) -> bool {
     message.topic.name != topics::TIMING
@@ -127,7 +138,7 @@ fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::{Event, Part, ProcessAction, Tick, UavId};
+    use ringwing_flight::{Event, GapCause, Part, ProcessAction, Tick, UavId};
 
     const AGENT: Part = Part::Agent(UavId(3));
 
@@ -148,6 +159,16 @@ mod tests {
     #[test]
     fn faults_that_the_scenario_asks_for_can_be_repeated() {
         let events = log_of(Event::LinkFault { sentence: "link 2->3 hold".into() });
-        assert_eq!(first_by_chance(&events), None);
+        assert_eq!((first_by_chance(&events), first_about_recorder(&events)), (None, None));
+    }
+
+    #[test]
+    fn a_log_with_a_gap_is_refused_although_the_flight_can_be_repeated() {
+        let cause = GapCause::LostWithPredecessor;
+        let gap = Event::RecorderGap { first_tick: Tick(3), last_tick: Tick(5), cause };
+        for event in [gap, Event::RecorderSilent, Event::ProcessReady { part: Part::Recorder }] {
+            let events = log_of(event);
+            assert_eq!((first_by_chance(&events), first_about_recorder(&events)), (None, Some(&events[1])));
+        }
     }
 }

@@ -23,7 +23,11 @@ const LONGEST_WAIT: Duration = Duration::from_secs(120);
 
 /// The command under test.
 pub fn ringwing() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_ringwing"))
+    // A shell starts background commands with SIGINT ignored, and the command then ignores it as well: if the tests run in
+    // the background, they must not pass that on.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT,HUP,TSTP", env!("CARGO_BIN_EXE_ringwing")]);
+    command
 }
 
 /// A run that is not started yet.

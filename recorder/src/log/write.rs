@@ -21,12 +21,13 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
+use ringwing_bus::write_whole;
 use ringwing_flight::{Level, TickTiming, TimedEvent};
 use ringwing_scenario::Scenario;
 use std::{
     borrow::Cow,
     collections::BTreeMap,
-    fs::{self, File},
+    fs::File,
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -76,7 +77,7 @@ impl LogWriter {
         let layout = layout::render(opening.scenario, opening.timing);
         let (writer, channels) = open(file, opening, &layout).map_err(RecorderError::log(path, "written"))?;
         let beside = path.with_file_name(LAYOUT_FILE);
-        fs::write(&beside, layout).map_err(RecorderError::log(&beside, "written"))?;
+        write_whole(&beside, layout).map_err(RecorderError::log(&beside, "written"))?;
         Ok(Self {
             path: path.to_owned(),
             writer,
