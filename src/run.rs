@@ -4,8 +4,8 @@
 
 use crate::{
     WrongUsage,
-    launcher::{LaunchError, Outcome, Plan, launch},
-    log_room,
+    launcher::{LaunchError, Outcome, Plan, launch, log_in},
+    log_room, output,
     real_time::{Urgency, urgency},
     summary::Summary,
 };
@@ -14,8 +14,7 @@ use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Reading, Setting, Source, start};
 use std::{
-    io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::ExitCode,
 };
 
@@ -23,6 +22,8 @@ use std::{
 const DEFAULT_SCENARIO: &str = "paper-4.2";
 /// The folder for the folders of runs.
 pub(crate) const DEFAULT_OUT: &str = "runs";
+/// Name of the layout for viewers in a run's folder; the recorder writes it.
+const LAYOUT: &str = "layout.json";
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
@@ -90,7 +91,7 @@ fn part(text: &str) -> Result<Part, String> {
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let (plan, notes) = plan(args)?;
     for note in &notes {
-        eprintln!("ringwing: {note}");
+        output::warning(note);
     }
     let outcome = launch(&plan)?;
     let summary = Summary::new(
@@ -99,17 +100,19 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         plan.record,
         command(args, plan.scenario.seed, &outcome.added_faults),
     );
-    let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // Print first: a disk that is full must not take the result. An error means that the reader of the output is gone.
-    // The exit code and summary.json still tell the result.
-    let _ = io::stdout().write_all(text.as_bytes());
+    let text = if args.json { summary.to_json() + "\n" } else { summary.for_terminal() };
+    // Print first: a disk that is full must not take the result.
+    output::print(&text);
+    if !args.json && plan.record {
+        output::print(&next_steps(&outcome.folder));
+    }
     write(&outcome, &summary)?;
     Ok(summary.verdict.exit_code())
 }
 
 /// A line for each fault that can have no effect, and for each delay that rounding changes.
 pub(crate) fn warnings(reading: &Reading) -> Vec<String> {
-    reading.warnings().iter().map(|warning| format!("warning: {warning}")).collect()
+    reading.warnings().iter().map(ToString::to_string).collect()
 }
 
 /// What to launch, what to know about its faults, and what of the wishes for it is not permitted.
@@ -120,6 +123,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     let scenario = reading.scenario;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
+    check_out(&args.out)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     let urgency = urgency(args.placement.placement(), &scenario)?;
     let Urgency { placement, lock_memory, .. } = urgency;
@@ -138,6 +142,14 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         lock_memory,
     };
     Ok((plan, notes))
+}
+
+/// The summary and the printed commands name the run's folder, and they are UTF-8.
+fn check_out(out: &Path) -> Result<(), WrongUsage> {
+    match out.to_str() {
+        Some(_) => Ok(()),
+        None => Err(WrongUsage(format!("--out {out:?}: the path is not UTF-8: choose another folder"))),
+    }
 }
 
 fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
@@ -161,6 +173,24 @@ fn settings(args: &RunArgs) -> Vec<Setting> {
     settings
 }
 
+/// How to look further into a flight that was logged.
+fn next_steps(folder: &Path) -> String {
+    let path = |name: &str| quoted(&folder.join(name).display().to_string());
+    let log = quoted(&log_in(folder).display().to_string());
+    let review =
+        format!("  look     {} review {}\n", quoted(&program()), quoted(&folder.display().to_string()));
+    // A flight without a recorder that finished may have no layout.
+    if !folder.join(LAYOUT).exists() {
+        return review;
+    }
+    format!("{review}           open {log} in Foxglove with {}\n", path(LAYOUT))
+}
+
+/// This command, as the user called it.
+fn program() -> String {
+    std::env::args().next().unwrap_or_else(|| "ringwing".into())
+}
+
 /// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
@@ -170,8 +200,7 @@ fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
 /// The command that repeats the run, with its seed and with the faults that were added during the flight.
 fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     // `--by-hand` is not repeated: nobody may be there to start the processes.
-    let program = std::env::args().next().unwrap_or_else(|| "ringwing".into());
-    let mut words = vec![program, "run".into(), args.scenario.clone()];
+    let mut words = vec![program(), "run".into(), args.scenario.clone()];
     for setting in &args.settings {
         words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
     }

@@ -19,6 +19,7 @@ mod losses;
 mod machines;
 mod pauses;
 mod presets;
+mod printing;
 mod real_time;
 mod simulation;
 mod sizes;

@@ -27,5 +27,5 @@ pub use model::{
     Wake,
 };
 pub use preset::Preset;
-pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source};
+pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, keys};
 pub use validate::{PAYLOAD_MAX_BYTES, UAVS_MAX, UAVS_MIN};

@@ -183,7 +183,7 @@ impl<'a> Supervisor<'a> {
         let (mut patience, mut is_late) = (Patience::of(limit), false);
         while !self.processes.living().is_empty() {
             for part in self.processes.frozen() {
-                self.progress.print(&format!("{part} was still frozen at the end; killed"));
+                self.progress.print_warning(&format!("{part} was still frozen at the end; killed"));
                 self.report(part, Input::Killed)?;
             }
             if patience.is_over() && !is_late {
@@ -308,7 +308,7 @@ impl<'a> Supervisor<'a> {
             Effect::PublishRoster => self.publish_roster()?,
             Effect::EndRun(why) => self.failures.push(why),
             Effect::FailAtEnd(why) => {
-                self.progress.print(&why);
+                self.progress.print_error(&why);
                 self.late_failures.push(why);
             }
         }

@@ -11,7 +11,7 @@ pub(crate) use flight::LoggedFlight;
 
 use crate::{
     log_argument::{self, LOG_HELP},
-    tell, warn_of,
+    output::{tell, warn_of},
 };
 use page::DrawnFigure;
 use ringwing_bus::write_whole;
@@ -38,7 +38,7 @@ pub(crate) struct ReviewArgs {
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
     let flight = LoggedFlight::read(&log_argument::named(&args.log))?;
     warn_of(&flight.path, &flight.notes);
-    let text = if args.json { flight.summary.to_json() } else { flight.summary.to_string() };
+    let text = if args.json { flight.summary.to_json() } else { flight.summary.for_terminal() };
     tell(text.trim_end());
     let beside = || flight.path.with_file_name("review");
     let folder = args.out.clone().or_else(|| (!args.json).then(beside));

@@ -10,14 +10,14 @@ use crate::{
     VIOLATED,
     launcher::{Plan, launch},
     log_argument::{self, LOG_HELP},
-    tell, warn_of,
+    output::{tell, warn_of},
 };
 use anyhow::bail;
 use comparison::{Comparison, compare};
 use difference::Difference;
 use requests::{is_refused_request, is_request};
 use ringwing_bus::Placement;
-use ringwing_flight::TimedEvent;
+use ringwing_flight::{TimedEvent, counted};
 use ringwing_recorder::{
     ADDED_FAULTS,
     log::reader::{Reader, Shortfalls},
@@ -74,7 +74,11 @@ fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
                     &[format!("it lacks these topics of the flight, which were not compared: {topics}")],
                 );
             }
-            tell(&format!("{}: repeated to the bit, {messages} messages compared", log.display()));
+            tell(&format!(
+                "{}: repeated to the bit, {} compared",
+                log.display(),
+                counted(messages, "message")
+            ));
             ExitCode::SUCCESS
         }
         Err(difference) => {
@@ -153,7 +157,7 @@ fn first_about_recorder(events: &[TimedEvent]) -> Option<&TimedEvent> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::{GapCause, Part, ProcessAction, Tick, UavId};
+    use ringwing_flight::{Event, GapCause, Part, ProcessAction, Tick, UavId};
 
     const AGENT: Part = Part::Agent(UavId(3));
 

@@ -3,7 +3,7 @@
 //! No program may parse these sentences: whatever it needs is in the event's fields.
 
 use super::{AfterLoss, Collider, Event, GapCause, ProcessAction, ProcessEnd};
-use crate::{Part, Tick};
+use crate::{Part, Tick, counted};
 use std::fmt;
 
 impl Event {
@@ -42,7 +42,7 @@ impl Event {
             Self::RecorderSilent => "the recorder has stopped reading; flying on".into(),
             Self::RecorderGap { first_tick, last_tick, cause } => gap_text(*first_tick, *last_tick, *cause),
             Self::ConnectionsFailed { count } => {
-                format!("{count} connections of the world failed; is `ulimit -n` large enough?")
+                format!("{} of the world failed; is `ulimit -n` large enough?", counted(*count, "connection"))
             }
             Self::RunInterrupted => "interrupted; ending the flight (interrupt again to kill it)".into(),
             Self::RunPaused { seconds } => format!("the run stood still for {seconds:.1} s"),

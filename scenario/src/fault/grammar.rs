@@ -75,6 +75,19 @@ impl TryFrom<String> for Action {
     }
 }
 
+/// The words that may follow `start`, the start of a fault, to complete a command line.
+///
+/// A start without a time, such as `kill`, is that of a live fault. Numbers are not listed, only words.
+pub fn next_words(start: &str) -> Vec<String> {
+    let mut words = Lexer::new(start);
+    let is_timed = words.take("at");
+    // An error says that the sentence is incomplete, or that it is wrong. Then nothing was looked for at its end.
+    let _ = if is_timed { words.time_s().and_then(|_| action(&mut words)) } else { action(&mut words) };
+    let mut next = words.into_continuations();
+    next.retain(|word| word.chars().all(char::is_alphabetic));
+    next
+}
+
 /// An action, which must be all that is left of the sentence.
 fn action(words: &mut Lexer<'_>) -> Parsed<Action> {
     let action = match words.choose(&ACTIONS)? {

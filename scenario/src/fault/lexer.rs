@@ -33,11 +33,13 @@ const TIME_UNITS: [(&str, f64); 2] = [("s", 1.0), ("ms", 1000.0)];
 pub(super) struct Lexer<'t> {
     words: Vec<&'t str>,
     next: usize,
+    /// The words that the grammar has looked for at the end of the sentence.
+    continuations: Vec<String>,
 }
 
 impl<'t> Lexer<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        Self { words: split(text), next: 0 }
+        Self { words: split(text), next: 0, continuations: Vec::new() }
     }
 
     /// The next word, which stays the next.
@@ -52,9 +54,18 @@ impl<'t> Lexer<'t> {
 
     /// Consumes the next word if it is `word`.
     pub(super) fn take(&mut self, word: &str) -> bool {
-        let is_next = self.peek().is_some_and(|next| next.eq_ignore_ascii_case(word));
+        let Some(next) = self.peek() else {
+            self.continuations.push(word.to_owned());
+            return false;
+        };
+        let is_next = next.eq_ignore_ascii_case(word);
         self.next += usize::from(is_next);
         is_next
+    }
+
+    /// The words with which the sentence may go on, once the grammar has read it to its end.
+    pub(super) fn into_continuations(self) -> Vec<String> {
+        self.continuations
     }
 
     /// Consumes the next word, which must be `word`.

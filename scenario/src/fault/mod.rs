@@ -17,6 +17,7 @@ pub mod schedule;
 mod tests;
 pub mod trace;
 
+pub use grammar::next_words;
 pub use idle::{idle_reason, rounded_delay};
 pub use lexer::FaultSyntaxError;
 pub use link::{BurstChain, Delay, LinkImpairment, Links, Receiver, Sender};

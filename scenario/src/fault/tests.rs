@@ -401,3 +401,14 @@ proptest! {
         prop_assert_eq!(count(ProcessAction::Freeze), count(ProcessAction::Thaw));
     }
 }
+
+#[test]
+fn the_words_that_may_follow_come_from_the_grammar() {
+    assert!(next_words("").contains(&"kill".to_owned()) && next_words("").contains(&"at".to_owned()));
+    assert_eq!(next_words("freeze uav 3"), ["for"]);
+    assert_eq!(next_words("at 30"), ["s", "ms"]);
+    assert_eq!(next_words("at 30 s restart random 2"), ["uavs", "uav"]);
+    assert_eq!(next_words("link leader->"), ["all"]);
+    assert!(next_words("link all").contains(&"blackout".to_owned()));
+    assert_eq!(next_words("kill nobody"), [""; 0]);
+}

@@ -60,8 +60,8 @@ pub(super) fn at(key: &str) -> Option<&'static DeValue<'static>> {
     })
 }
 
-/// Every key outside lists of sections.
-pub(super) fn keys() -> Vec<String> {
+/// Every key outside lists of sections, as `--set` takes it: `airframe.speed_max_m_s`.
+pub fn keys() -> Vec<String> {
     let mut keys = Vec::new();
     collect_keys(tree(), "", &mut keys);
     keys

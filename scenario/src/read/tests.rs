@@ -45,18 +45,18 @@ braking_distance_m = 20
     assert_eq!(
         problems(text, &settings),
         r#"
-scenario "wind.toml", line 2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-scenario "wind.toml", line 3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
-scenario "wind.toml", line 5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
-scenario "wind.toml", line 6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
-scenario "wind.toml", line 8: formation.uavs: 2 is outside 3 to 1024: give a value in this range
-scenario "wind.toml", line 10: control.law: "tenacious" is not known: give "paper" or "resilient"
-scenario "wind.toml", line 11: control.dead_reckoning: "half" is not known: give one of "off", "tick", "full"
-scenario "wind.toml", line 13: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
-scenario "wind.toml", line 14: airframe.speed_min_km_h: no such key; did you mean speed_min_m_s, in m/s?
-scenario "wind.toml", line 16: leader.start_m: NaN is not finite: give two numbers of metres, such as [900.0, 42.0]
-scenario "wind.toml", line 17: obstacles.0.braking_distance_m: missing: give a number of metres without a unit, such as 20.0
-scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above radius_m 30 m: give a larger value
+wind.toml:2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
+wind.toml:3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
+wind.toml:5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
+wind.toml:6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
+wind.toml:8: formation.uavs: 2 is outside 3 to 1024: give a value in this range
+wind.toml:10: control.law: "tenacious" is not known: give "paper" or "resilient"
+wind.toml:11: control.dead_reckoning: "half" is not known: give one of "off", "tick", "full"
+wind.toml:13: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
+wind.toml:14: airframe.speed_min_km_h: no such key; did you mean speed_min_m_s, in m/s?
+wind.toml:16: leader.start_m: NaN is not finite: give two numbers of metres, such as [900.0, 42.0]
+wind.toml:17: obstacles.0.braking_distance_m: missing: give a number of metres without a unit, such as 20.0
+wind.toml:25: obstacles.1.braking_distance_m: 20 m is not above radius_m 30 m: give a larger value
 --set speed_m_s=-3: leader.speed_m_s: -3 m/s is below airframe.speed_min_m_s 12 m/s: give a larger value
 --set time.real_tiem=true: time.real_tiem: no such key; did you mean real_time?
 --set replacements=-1: supervision.replacements: -1 is out of range: give a whole number, such as 10
@@ -70,7 +70,7 @@ scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above
 fn a_rate_of_zero_is_one_mistake() {
     assert_eq!(
         problems("time.rate_hz = 0", &[]),
-        "scenario \"wind.toml\", line 1: time.rate_hz: 0 Hz is outside 1 to 1000 Hz: give a value in this range"
+        "wind.toml:1: time.rate_hz: 0 Hz is outside 1 to 1000 Hz: give a value in this range"
     );
 }
 
@@ -135,7 +135,7 @@ fn a_violation_of_two_values_is_blamed_on_the_one_set_last() {
     );
     assert_eq!(
         problems("\n[airframe]\nspeed_min_m_s = 15.5", &[]),
-        "scenario \"wind.toml\", line 3: airframe.speed_min_m_s: 15.5 m/s is above leader.speed_m_s 15 m/s: give a smaller value"
+        "wind.toml:3: airframe.speed_min_m_s: 15.5 m/s is above leader.speed_m_s 15 m/s: give a smaller value"
     );
 }
 
@@ -144,8 +144,8 @@ fn a_value_that_violates_two_bounds_is_reported_twice() {
     assert_eq!(
         problems("airframe.speed_max_m_s = 10", &[]),
         r#"
-scenario "wind.toml", line 1: airframe.speed_max_m_s: 10 m/s is below leader.speed_m_s 15 m/s: give a larger value
-scenario "wind.toml", line 1: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
+wind.toml:1: airframe.speed_max_m_s: 10 m/s is below leader.speed_m_s 15 m/s: give a larger value
+wind.toml:1: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
 "#
         .trim()
     );
@@ -160,7 +160,7 @@ fn another_number_of_uavs_drops_the_listed_starts() {
     assert_eq!(
         problems(&seven, &[]),
         format!(
-            "scenario \"wind.toml\", line {line}: start.uavs: 6 starts are listed, but formation.uavs is 7: list 7 starts, \
+            "wind.toml:{line}: start.uavs: 6 starts are listed, but formation.uavs is 7: list 7 starts, \
              or none to draw them"
         )
     );
@@ -173,10 +173,10 @@ fn syntax_errors_are_reported_line_by_line() {
     assert_eq!(
         problems("name = wind\n[time]\nduration_s = 90 s\nrate_hz = 100\nrate_hz = 50\n[oops\n", &[]),
         r#"
-scenario "wind.toml", line 1: this is not a value: put text in quotes
-scenario "wind.toml", line 3: this is not a value: give a number with a decimal point and without a unit, such as 90.0
-scenario "wind.toml", line 5: this is not TOML: duplicate key
-scenario "wind.toml", line 6: this is not TOML: unclosed table, expected `]`
+wind.toml:1: this is not a value: put text in quotes
+wind.toml:3: this is not a value: give a number with a decimal point and without a unit, such as 90.0
+wind.toml:5: this is not TOML: duplicate key
+wind.toml:6: this is not TOML: unclosed table, expected `]`
 "#
         .trim()
     );
