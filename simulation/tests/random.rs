@@ -95,7 +95,7 @@ fn random_flights_whose_agents_lose_their_own_senses_repeat() {
             let mut scenario = random::scenario(seed);
             scenario.time.duration_s = 5.0;
             let at_s = 0.5 + (seed as f64) / 50.0;
-            let sentence = format!("at {at_s} s {}", fault);
+            let sentence = format!("at {at_s} s {fault}");
             scenario.faults.push(sentence.parse().expect("a fault"));
             let [one, other] = [(); 2].map(|()| fly(&scenario).expect("room for all"));
             assert_eq!(one.report, other.report, "seed {seed}: {sentence}");
