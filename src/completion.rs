@@ -101,13 +101,13 @@ fn beginning_with(
 mod tests {
     use super::*;
 
-    fn values(candidates: Vec<CompletionCandidate>) -> Vec<String> {
+    fn values(candidates: &[CompletionCandidate]) -> Vec<String> {
         candidates.iter().map(|candidate| candidate.get_value().to_string_lossy().into_owned()).collect()
     }
 
     #[test]
     fn a_fault_is_completed_word_by_word() {
-        let completed = |text: &str| values(sentences(OsStr::new(text)));
+        let completed = |text: &str| values(&sentences(OsStr::new(text)));
         assert_eq!(completed("ki"), ["kill"]);
         assert_eq!(completed("freeze uav 3 f"), ["freeze uav 3 for"]);
         assert_eq!(completed("at 30 s ki"), ["at 30 s kill"]);
@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_key_is_completed_with_its_equals_sign() {
-        assert_eq!(values(settings(OsStr::new("formation.ua"))), ["formation.uavs="]);
+        assert_eq!(values(&settings(OsStr::new("formation.ua"))), ["formation.uavs="]);
     }
 
     #[test]

@@ -148,7 +148,9 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
 fn check_out(out: &Path) -> Result<(), WrongUsage> {
     match out.to_str() {
         Some(_) => Ok(()),
-        None => Err(WrongUsage(format!("--out {out:?}: the path is not UTF-8: choose another folder"))),
+        None => {
+            Err(WrongUsage(format!("--out {}: the path is not UTF-8: choose another folder", out.display())))
+        }
     }
 }
 

@@ -338,7 +338,9 @@ fn logged_world(result: &BTreeMap<String, String>) -> LoggedWorld {
         payload_hash: logged(result, "payload_hash"),
         // Without any collision, the account does not name them.
         collisions: result.contains_key("world.payload_hash").then(|| {
-            (0..).take_while(|index| result.contains_key(&format!("world.collisions.{index}.time_s"))).count()
+            (0..u32::MAX)
+                .take_while(|index| result.contains_key(&format!("world.collisions.{index}.time_s")))
+                .count()
         }),
         failsafes: logged(result, "failsafes"),
         refused_commands: logged(result, "refused_commands"),

@@ -188,7 +188,7 @@ fn ages(flight: &LoggedFlight) -> FlightFigure {
         "The oldest data that each agent used of its two neighbours and the leader.",
         "age, s",
     );
-    figure.from_zero()
+    figure.on_axis_from_zero()
 }
 
 /// The times of the flight as a column.

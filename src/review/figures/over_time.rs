@@ -88,7 +88,7 @@ impl<'f> OverTime<'f> {
 
 impl FlightFigure {
     /// The same figure with an axis from 0 on.
-    pub(super) fn from_zero(mut self) -> Self {
+    pub(super) fn on_axis_from_zero(mut self) -> Self {
         self.chart.from_zero = true;
         self
     }
