@@ -23,7 +23,7 @@ struct Room {
     with_io: &'static [&'static str],
 }
 
-const ROOMS: [Room; 11] = [
+const ROOMS: [Room; 12] = [
     Room {
         folder: "",
         uses: &["agent", "bench", "bus", "drawing", "flight", "leader", "recorder", "scenario", "world"],
@@ -49,6 +49,11 @@ const ROOMS: [Room; 11] = [
             "trace_file.rs",
             "transport",
         ],
+    },
+    Room {
+        folder: "study",
+        uses: &["drawing", "flight", "recorder", "scenario", "simulation"],
+        with_io: &[],
     },
     Room {
         folder: "simulation",

@@ -2,7 +2,9 @@
 
 use crate::{Simulation, SimulationError};
 use ringwing_flight::{Event, Tick, TimedEvent, UavId, WorldReport};
-use ringwing_recorder::metrics::{AirframeSample, FlightSummary, Frame, Metrics, Moment, TickSamples, judge};
+use ringwing_recorder::metrics::{
+    AirframeSample, FlightSummary, Frame, Metrics, Moment, TickSamples, Verdict, judge,
+};
 use ringwing_scenario::Scenario;
 
 /// How a flight went.
@@ -19,12 +21,12 @@ pub struct Flown {
 }
 
 impl Flown {
-    /// The name of the verdict: `passed`, `violated` or `failed`.
-    pub fn verdict(&self) -> &'static str {
+    /// The verdict on the flight.
+    pub fn verdict(&self) -> Verdict {
         match &self.report {
-            Some(report) if report.complete && self.violations.is_empty() => "passed",
-            Some(report) if report.complete => "violated",
-            _ => "failed",
+            Some(report) if report.complete && self.violations.is_empty() => Verdict::Passed,
+            Some(report) if report.complete => Verdict::Violated,
+            _ => Verdict::Failed,
         }
     }
 }

@@ -4,6 +4,30 @@
 
 use super::FlightSummary;
 use ringwing_scenario::RequirementsSection;
+use serde::{Deserialize, Serialize};
+
+/// The verdict on a flight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// It flew to its end and met its requirements.
+    Passed,
+    /// It flew to its end, but violated a requirement.
+    Violated,
+    /// It did not fly to its end.
+    Failed,
+}
+
+impl Verdict {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Violated => "violated",
+            Self::Failed => "failed",
+        }
+    }
+}
 
 /// The requirements that the flight violated, each as one sentence; empty if it passed.
 pub fn judge(requirements: &RequirementsSection, summary: &FlightSummary, collisions: usize) -> Vec<String> {
