@@ -13,6 +13,7 @@ mod recover_command;
 mod review;
 mod run;
 mod scenario_command;
+mod simulated;
 mod summary;
 mod verify;
 

@@ -6,6 +6,7 @@ use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
     real_time::{Urgency, urgency},
+    simulated,
     summary::Summary,
 };
 use ringwing_bench::PlacementArgs;
@@ -49,6 +50,9 @@ pub(crate) struct RunArgs {
     /// Fly in real time instead of as fast as the machine allows
     #[arg(long)]
     real_time: bool,
+    /// Fly in one process, without shared memory: the same flight to the bit, several times faster
+    #[arg(long, conflicts_with_all = ["real_time", "by_hand", "pin", "priority"])]
+    simulated: bool,
     /// Folder in which the run creates its own folder
     #[arg(long, value_name = "FOLDER", default_value = DEFAULT_OUT)]
     out: PathBuf,
@@ -89,7 +93,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     for note in &notes {
         eprintln!("ringwing: {note}");
     }
-    let outcome = launch(&plan)?;
+    let outcome = if args.simulated { simulated::fly(&plan)? } else { launch(&plan)? };
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
     write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
@@ -104,6 +108,13 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
+    if args.simulated && scenario.time.real_time {
+        return Err(WrongUsage(
+            "--simulated cannot fly in real time: the scenario sets time.real_time, so add --set time.real_time=false"
+                .into(),
+        )
+        .into());
+    }
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     let Urgency { placement, lock_memory, notes } = urgency(args.placement.placement(), &scenario)?;
     let plan = Plan {
@@ -166,6 +177,7 @@ fn command(args: &RunArgs, seed: u64) -> String {
     }
     for (given, flag) in [
         (args.real_time, "--real-time"),
+        (args.simulated, "--simulated"),
         (args.no_record, "--no-record"),
         (args.no_timing, "--no-timing"),
         (args.json, "--json"),

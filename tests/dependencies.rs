@@ -26,7 +26,19 @@ struct Room {
 const ROOMS: [Room; 12] = [
     Room {
         folder: "",
-        uses: &["agent", "bench", "bus", "drawing", "flight", "leader", "recorder", "scenario", "world"],
+        uses: &[
+            "agent",
+            "bench",
+            "bus",
+            "drawing",
+            "flight",
+            "leader",
+            "recorder",
+            "scenario",
+            "simulation",
+            "study",
+            "world",
+        ],
         with_io: &[""],
     },
     Room {

@@ -17,6 +17,7 @@ mod faults;
 mod losses;
 mod presets;
 mod real_time;
+mod simulated;
 mod simulation;
 mod sizes;
 mod tools;

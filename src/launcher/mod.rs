@@ -16,6 +16,8 @@ mod progress;
 mod spawner;
 mod supervisor;
 
+pub(crate) use progress::Progress;
+
 use inbox::Inbox;
 use ports::LauncherPorts;
 use ringwing_bench::MeasureArgs;

@@ -7,17 +7,17 @@ mod difference;
 use crate::{
     VIOLATED,
     launcher::{LOG, Plan, launch},
-    tell,
+    simulated, tell,
 };
 use anyhow::bail;
 use difference::Difference;
 use ringwing_bus::Placement;
-use ringwing_flight::TimedEvent;
+use ringwing_flight::{Part, TimedEvent};
 use ringwing_recorder::{
     log::reader::{LogMessage, Reader},
     schema::topics,
 };
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Scenario, fault::schedule::ScheduledAction};
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
@@ -29,6 +29,9 @@ use std::{
 pub(crate) struct VerifyArgs {
     /// Log of a lockstep run, its `run.mcap`
     log: PathBuf,
+    /// Fly again with a process for each part, as the run did, instead of in one process
+    #[arg(long)]
+    processes: bool,
 }
 
 /// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
@@ -48,12 +51,19 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         placement: Placement::default(),
         lock_memory: false,
     };
-    let outcome = launch(&plan)?;
+    let outcome = if needs_processes(args, &plan.scenario) { launch(&plan)? } else { simulated::fly(&plan)? };
     if let Some(failure) = outcome.failures.first() {
         bail!("the flight cannot be repeated here: {failure}");
     }
     let result = compare(&args.log, &outcome.folder.join(LOG))?;
     Ok(report(&args.log, result))
+}
+
+/// Whether to fly again with processes. A fault of the recorder leaves a gap in the log, which only a recorder's process
+/// can leave again.
+fn needs_processes(args: &VerifyArgs, scenario: &Scenario) -> bool {
+    let is_of_recorder = |action: &ScheduledAction| action.part == Part::Recorder;
+    args.processes || scenario.schedule().scheduled_actions().iter().any(is_of_recorder)
 }
 
 fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
@@ -127,7 +137,7 @@ fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::{Event, Part, ProcessAction, Tick, UavId};
+    use ringwing_flight::{Event, ProcessAction, Tick, UavId};
 
     const AGENT: Part = Part::Agent(UavId(3));
 

@@ -43,13 +43,13 @@ const FLUSHES_HZ: u32 = 2;
 
 /// What a log begins with.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Opening<'a> {
+pub struct Opening<'a> {
     /// The scenario.
-    pub(crate) scenario: &'a Scenario,
+    pub scenario: &'a Scenario,
     /// The text that the scenario was read from.
-    pub(crate) text: &'a str,
+    pub text: &'a str,
     /// Whether the log gets wall-clock times.
-    pub(crate) timing: bool,
+    pub timing: bool,
 }
 
 /// A log under construction.
