@@ -12,6 +12,7 @@ use crate::{
 use ringwing_bench::PlacementArgs;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
+use ringwing_study::shell::quoted;
 use std::{
     io::{self, Write},
     path::PathBuf,
@@ -188,27 +189,9 @@ fn command(args: &RunArgs, seed: u64) -> String {
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
-/// `word`, quoted if a shell would not take it as one word.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn words_that_a_shell_would_split_are_quoted() {
-        assert_eq!(quoted("seed=7"), "seed=7");
-        assert_eq!(quoted("start.draw={a = 1}"), "'start.draw={a = 1}'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted(""), "''");
-    }
 
     #[test]
     fn processes_are_named_by_their_node_names() {

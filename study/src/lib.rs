@@ -7,6 +7,9 @@
 
 pub mod figure;
 pub mod flight;
+pub mod shell;
+pub mod statistics;
+pub mod sweep;
 
 pub use figure::Figure;
 pub use flight::{Outcome, Violation, fly};
