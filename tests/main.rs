@@ -9,6 +9,7 @@
 mod harness;
 
 mod bench;
+mod cluster;
 mod command_line;
 mod dependencies;
 mod determinism;
@@ -20,5 +21,6 @@ mod real_time;
 mod simulated;
 mod simulation;
 mod sizes;
+mod sweep;
 mod tools;
 mod wiring;

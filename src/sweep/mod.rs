@@ -127,8 +127,7 @@ fn check_cells(sweep: &Definition, jobs: usize, stop: &StopFlag) -> anyhow::Resu
     if problems.is_empty() {
         return Ok(());
     }
-    let lines: Vec<_> = problems.iter().map(ToString::to_string).collect();
-    Err(WrongUsage(lines.join("\n")).into())
+    Err(WrongUsage(problems.join("\n")).into())
 }
 
 /// Makes the folder with its manifest, or makes sure that it holds an earlier part of the same sweep.

@@ -18,6 +18,9 @@ use std::{collections::HashMap, mem, path::Path};
 
 /// Flights of a cell that are kept, those that did not pass first. More make the page of a large sweep slow to open.
 const KEPT: usize = 12;
+/// Cells of which flights are kept. With more, the page opens slowly and the flights fill the memory; the file of rows has
+/// them all.
+const KEPT_CELLS: usize = 4000;
 
 /// A cell with what its flights have in common.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +97,8 @@ fn read_binned(
         });
         order[place].push(row);
     })?;
-    Ok(order.into_iter().map(|rows| summarize(rows, figures)).collect())
+    let numbered = order.into_iter().enumerate();
+    Ok(numbered.map(|(number, rows)| summarize(rows, figures, kept(number))).collect())
 }
 
 fn read_in_order(path: &Path, columns: &Columns, figures: &[&Figure]) -> Result<Vec<Cell>, ResultsError> {
@@ -102,25 +106,33 @@ fn read_in_order(path: &Path, columns: &Columns, figures: &[&Figure]) -> Result<
     let mut rows: Vec<Row> = Vec::new();
     read_rows(path, columns, |row| {
         if rows.last().is_some_and(|last| last.cell != row.cell) {
-            cells.push(summarize(mem::take(&mut rows), figures));
+            let kept = kept(cells.len());
+            cells.push(summarize(mem::take(&mut rows), figures, kept));
         }
         rows.push(row.clone());
     })?;
     if !rows.is_empty() {
-        cells.push(summarize(rows, figures));
+        let kept = kept(cells.len());
+        cells.push(summarize(rows, figures, kept));
     }
     Ok(cells)
 }
 
-/// Puts the rows of one cell together; there is at least one.
-fn summarize(mut rows: Vec<Row>, figures: &[&Figure]) -> Cell {
+/// The number of flights that are kept of the cell at this place.
+fn kept(place: usize) -> usize {
+    if place < KEPT_CELLS { KEPT } else { 0 }
+}
+
+/// Puts the rows of one cell together, of which there is at least one, and keeps some of them.
+fn summarize(mut rows: Vec<Row>, figures: &[&Figure], kept: usize) -> Cell {
     let figures = figures.iter().map(|figure| spread(&rows, figure)).collect();
     let passed = rows.iter().filter(|row| row.passed()).count() as u64;
     let flights = rows.len() as u64;
     let (cell, values) = (rows[0].cell, rows[0].values.clone());
     // The flights that people look at first are those that went wrong.
     rows.sort_by_key(|row| (row.passed(), row.seed));
-    rows.truncate(KEPT);
+    rows.truncate(kept);
+    rows.shrink_to_fit();
     Cell { cell, values, flights, passed, figures, kept: rows }
 }
 

@@ -1,6 +1,6 @@
 //! Reads every cell of a sweep before the first flight, so that a mistake does not show after an hour.
 
-use super::definition::{Definition, SweepProblem};
+use super::definition::Definition;
 use std::{
     sync::{
         Mutex, PoisonError,
@@ -12,11 +12,11 @@ use std::{
 /// Most problems that are reported. More would only repeat the same mistake for other cells.
 const LISTED: usize = 10;
 
-/// The problems of the cells, each once and in the order of the cells; only some if there are many, and only those found
-/// until `stops` says that nobody wants them any more.
-pub fn check(definition: &Definition, jobs: usize, stops: impl Fn() -> bool + Sync) -> Vec<SweepProblem> {
+/// The problems of the cells, a line for each, each once and in the order of the cells; only some if there are many, and
+/// only those found until `stops` says that nobody wants them any more.
+pub fn check(definition: &Definition, jobs: usize, stops: impl Fn() -> bool + Sync) -> Vec<String> {
     let cells = definition.cells().unwrap_or(u64::MAX);
-    let (next, found) = (AtomicU64::new(0), Mutex::new(Vec::<(u64, SweepProblem)>::new()));
+    let (next, found) = (AtomicU64::new(0), Mutex::new(Vec::<(u64, String)>::new()));
     let look = || {
         loop {
             let cell = next.fetch_add(1, Relaxed);
@@ -26,8 +26,10 @@ pub fn check(definition: &Definition, jobs: usize, stops: impl Fn() -> bool + Sy
             if let Err(problem) = definition.checked_cell(cell) {
                 let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
                 // The same value is wrong in many cells.
-                if found.iter().all(|(_, other)| *other != problem) {
-                    found.push((cell, problem));
+                for line in problem.to_string().lines() {
+                    if found.iter().all(|(_, other)| other != line) {
+                        found.push((cell, line.to_owned()));
+                    }
                 }
                 if found.len() >= LISTED {
                     return;

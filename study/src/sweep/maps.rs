@@ -9,6 +9,8 @@ use ringwing_drawing::{
     heat::{self, ColourScale, HeatCell, HeatMap},
 };
 
+/// Most cells of a map. More are smaller than anybody can see, and their pictures fill the memory.
+const CELLS: usize = 20_000;
 /// Most panels of a map. More no longer fit a page; the results have all cells.
 const PANELS: usize = 12;
 /// Most curves of a panel. More cannot be told apart.
@@ -48,6 +50,9 @@ struct Layout {
 
 /// Draws every map of the sweep: success, and the median and the bad end of each figure.
 pub fn draw_maps(definition: &Definition, cells: &[Cell], figures: &[&Figure]) -> Vec<Map> {
+    if cells.len() > CELLS {
+        return Vec::new();
+    }
     let mut all = vec![Shown::Success];
     for (place, figure) in figures.iter().enumerate() {
         // A figure that no flight has, such as the clearance where there is no obstacle, makes no map.
@@ -292,7 +297,12 @@ impl Shown<'_> {
             Self::Success => ["0 %".into(), "100 %".into()],
             _ => [short(low), short(high)],
         };
-        ColourScale { label: self.title(), low, high, ends }
+        // The figure's own name, because a whole title is longer than the bar.
+        let label = match self {
+            Self::Success => "passed".into(),
+            Self::Median(_, figure) | Self::Bad(_, figure) => figure.name.to_owned(),
+        };
+        ColourScale { label, low, high, ends }
     }
 }
 

@@ -10,16 +10,13 @@ use crate::{
 use ringwing_drawing::html::{escaped, page_with_style};
 use serde_json::{Value, json};
 
-/// Most cells whose flights are in the page. With more it opens slowly; the results have all flights.
-const CELLS: usize = 4000;
-
 /// Colours for dark screens, and a layout that also fits a phone.
 const STYLE: &str = "body{max-width:1020px}figure{overflow-x:auto}figure svg{max-width:none}h1{font-size:1.4em}\
 .cell{cursor:pointer}.cell:hover rect,.cell:focus rect,.chosen rect{stroke:#d55e00;stroke-width:3}\
 .cell:hover circle,.cell:focus circle,.chosen circle{stroke:#d55e00;stroke-width:4}.cell:focus{outline:none}\
 #flights{border:1px solid #bbb;border-radius:8px;padding:.4em 1em;margin:1.2em 0;overflow-x:auto;position:sticky;bottom:0;\
 background:#fff;max-height:45vh;overflow-y:auto}#flights h2{margin:.4em 0}#flights table{width:100%}\
-#flights th{text-align:left;font-weight:600;padding:.15em .9em .15em 0;white-space:nowrap}#flights code{font-size:12px}\
+#flights th{text-align:left;font-weight:600;padding:.15em .9em .15em 0;white-space:nowrap}#flights code{font-size:12px;white-space:nowrap}\
 #flights td code{user-select:all}.passed{color:#00704f}.violated,.failed{color:#b34700}\
 @media(max-width:600px){body{margin:1em auto;font-size:14px}figure{margin:1.2em 0}}\
 @media(prefers-color-scheme:dark){body{background:#16181b;color:#ddd}pre{background:#22262b}figure{border-color:#444}\
@@ -55,9 +52,13 @@ function choose(number) {
     add(add(row, "td"), "code", flight.command);
   }
 }
+// A link may name a cell: index.html#12.
+const open = () => { if (location.hash.length > 1) choose(location.hash.slice(1)); };
+addEventListener("hashchange", open);
+open();
 document.querySelectorAll("[data-cell]").forEach(cell => {
-  cell.addEventListener("click", () => choose(cell.dataset.cell));
-  cell.addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); choose(cell.dataset.cell); } });
+  cell.addEventListener("click", () => { location.hash = cell.dataset.cell; });
+  cell.addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); location.hash = cell.dataset.cell; } });
 });
 "##;
 
@@ -66,6 +67,11 @@ pub fn page(manifest: &Manifest, maps: &[Map], cells: &[Cell], figures: &[&Figur
     let sweep = &manifest.sweep;
     let mut body = format!("<h1>{}</h1>\n<p>{}</p>\n", escaped(&sweep.name), escaped(&sweep.description));
     body.push_str(&introduction(manifest, cells));
+    if maps.is_empty() {
+        body.push_str(
+            "<p>There is no map: no axis has several values, or there are too many cells to see one.</p>\n",
+        );
+    }
     for map in maps {
         let title = escaped(&map.title);
         body.push_str(&format!("<figure><figcaption>{title}</figcaption>\n{}</figure>\n", map.svg));
@@ -88,7 +94,7 @@ fn introduction(manifest: &Manifest, cells: &[Cell]) -> String {
     let axes: Vec<_> = manifest.sweep.design.axes.iter().map(|axis| axis.name.as_str()).collect();
     format!(
         "<p>{flights} flights of {} cells {how}, {passed} passed. Scenario {}, axes {}. ringwing {}, build {}. \
-         Whiskers and bands are intervals of 95 % (Wilson) or reach to the worst tenth of the flights. All flights are in \
+         Bands around a share are its interval of 95 % (Wilson); bands around a median reach to the worst tenth of the flights. All flights are in \
          <a href=\"flights.csv\">flights.csv</a> and <a href=\"flights.parquet\">flights.parquet</a>.</p>\n",
         cells.len(),
         escaped(&manifest.sweep.scenario),
@@ -109,7 +115,8 @@ fn data(manifest: &Manifest, cells: &[Cell], figures: &[&Figure]) -> Value {
         )
     };
     let names: Vec<_> = figures.iter().map(|figure| figure.name).collect();
-    let cells: serde_json::Map<String, Value> = cells.iter().take(CELLS).map(cell).collect();
+    let cells: serde_json::Map<String, Value> =
+        cells.iter().filter(|cell| !cell.kept.is_empty()).map(cell).collect();
     json!({ "figures": names, "cells": cells })
 }
 

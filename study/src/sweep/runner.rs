@@ -107,6 +107,7 @@ where
 impl Shared<'_> {
     /// Flies one flight after the other until there are no more.
     fn fly_until_over(&self, fly: impl Fn(&Scenario) -> Result<Outcome, String>) {
+        let _seat = Seat(self);
         // A cell's flights differ only in their seeds, and they mostly follow one another.
         let mut prepared: Option<(u64, Result<Scenario, String>)> = None;
         while let Some(flight) = self.next() {
@@ -121,8 +122,6 @@ impl Shared<'_> {
             prepared = Some((flight.cell, cell));
             self.land(flight, &Row::new(self.definition, flight, &outcome));
         }
-        self.lock().flying -= 1;
-        self.landed.notify_all();
     }
 
     fn next(&self) -> Option<FlightId> {
@@ -166,5 +165,76 @@ impl Shared<'_> {
 
     fn wait<'s>(&self, state: MutexGuard<'s, State>) -> MutexGuard<'s, State> {
         self.landed.wait_timeout(state, LOOK_PERIOD).unwrap_or_else(PoisonError::into_inner).0
+    }
+}
+
+/// A thread's place among those that fly. A thread that panics gives it up too, so that nobody waits for it forever.
+struct Seat<'s, 'a>(&'s Shared<'a>);
+
+impl Drop for Seat<'_, '_> {
+    fn drop(&mut self) {
+        let mut state = self.0.lock();
+        state.flying -= 1;
+        state.is_over |= thread::panicking();
+        drop(state);
+        self.0.landed.notify_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::{Columns, Draft, Shard, read_rows};
+    use std::{
+        panic::{AssertUnwindSafe, catch_unwind},
+        path::Path,
+    };
+
+    fn sweep() -> Definition {
+        let text = "scenario = \"paper-4.1\"\nseeds = 5\n[axes]\nleader.speed_m_s = [15, 16]";
+        Draft::parse("x", text).unwrap().finish().unwrap()
+    }
+
+    fn fly(
+        path: &Path,
+        fly: impl Fn(&Scenario) -> Result<Outcome, String> + Sync,
+        stops: impl Fn() -> bool + Sync,
+    ) -> Tally {
+        let sweep = sweep();
+        let rows = RowFile::open(path, Columns::of(&sweep), |_| {}).unwrap();
+        let ledger = Ledger::new(2, &sweep.seeds, Shard::WHOLE);
+        run(&sweep, ledger, rows, &Crew { jobs: 3, fly, stops }, |_| {}).unwrap().1
+    }
+
+    #[test]
+    fn every_flight_has_its_cell_and_its_seed_and_one_that_cannot_be_flown_says_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flights.csv");
+        let why = |scenario: &Scenario| Err(format!("{} {}", scenario.leader.speed_m_s, scenario.seed));
+        assert_eq!(fly(&path, why, || false), Tally { flown: 10, not_passed: 10 });
+        let mut rows = Vec::new();
+        let read = |row: &Row| rows.push((row.values[0].clone(), row.seed, row.failure.clone().unwrap()));
+        read_rows(&path, &Columns::of(&sweep()), read).unwrap();
+        rows.sort();
+        let expected = |speed: &str| {
+            (1..=5).map(|seed| (speed.to_owned(), seed, format!("{speed} {seed}"))).collect::<Vec<_>>()
+        };
+        assert_eq!(rows, [expected("15"), expected("16")].concat());
+    }
+
+    #[test]
+    fn a_sweep_that_is_stopped_lands_what_is_in_the_air_and_flies_no_more() {
+        let folder = tempfile::tempdir().unwrap();
+        let tally = fly(&folder.path().join("flights.csv"), |_| Err("no".into()), || true);
+        assert!(tally.flown < 10, "{tally:?}");
+    }
+
+    #[test]
+    fn a_flight_that_panics_ends_the_sweep_instead_of_leaving_it_waiting() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flights.csv");
+        let flown =
+            catch_unwind(AssertUnwindSafe(|| fly(&path, |_| panic!("a mistake in the law"), || false)));
+        assert!(flown.is_err());
     }
 }
