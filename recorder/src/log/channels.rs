@@ -3,7 +3,8 @@
 //! Must never write a message.
 
 use crate::schema::{
-    Faults, LinkCounts, LoggedEvent, SwarmMetrics, SwarmState, Timing, UavControl, UavState,
+    Faults, LinkCounts, LoggedEvent, SwarmMetrics, SwarmState, Timing, TimingPercentiles, UavControl,
+    UavState,
     topics::{self, UavTopic},
 };
 use foxglove::{
@@ -35,6 +36,7 @@ pub(super) struct Channels {
     pub(super) state: u16,
     pub(super) transforms: u16,
     pub(super) timing: Option<u16>,
+    pub(super) timing_percentiles: Option<u16>,
     pub(super) uavs: Vec<UavChannels>,
 }
 
@@ -73,6 +75,9 @@ impl Channels {
             state: channel::<SwarmState, W>(writer, topics::SWARM_STATE)?,
             transforms: channel::<FrameTransforms, W>(writer, topics::TRANSFORMS)?,
             timing: timing.then(|| channel::<Timing, W>(writer, topics::TIMING)).transpose()?,
+            timing_percentiles: timing
+                .then(|| channel::<TimingPercentiles, W>(writer, topics::TIMING_PERCENTILES))
+                .transpose()?,
             uavs: UavId::all(uavs)
                 .map(|uav| UavChannels::register(writer, uav, uavs))
                 .collect::<McapResult<_>>()?,

@@ -133,6 +133,9 @@ impl LogWriter {
         if let (Some(channel), Some(timing)) = (self.channels.timing, timing) {
             self.write(channel, tick, &Timing::from(timing))?;
         }
+        if let Some(channel) = self.channels.timing_percentiles {
+            self.write_some(channel, tick, view.timing.as_ref())?;
+        }
         // `/uav/...` sorts after all other topics.
         (1..).zip(&frame.uavs).try_for_each(|(number, uav)| self.write_uav(tick, number, uav))
     }
@@ -383,7 +386,7 @@ mod tests {
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         let found: Vec<_> =
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
-        assert!(found.is_sorted() && found.len() == 2018);
+        assert!(found.is_sorted() && found.len() == 2019);
         assert!(found.iter().zip(topics::ALL).all(|(found, named)| *found == named));
         assert_eq!(found[16], "/uav/0001/control");
     }

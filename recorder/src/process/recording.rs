@@ -126,6 +126,9 @@ impl Recording {
         // Stop here without a log: only the log holds views, and making them takes longer than measuring.
         let Some(log) = &mut self.log else { return Ok(()) };
         self.viewer.observe(frame);
+        if let Some(timing) = timing {
+            self.viewer.observe_timing(timing);
+        }
         let view = self.viewer.view(frame, self.metrics.moment());
         log.write_frame(frame, timing, &events, &view)
     }

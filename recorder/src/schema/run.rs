@@ -1,4 +1,4 @@
-//! The messages about the run as a whole: `/faults`, `/links` and `/timing`.
+//! The messages about the run as a whole: `/faults`, `/links`, `/timing` and `/timing/percentiles`.
 
 use crate::metrics::LinkTotals;
 use ringwing_flight::TickTiming;
@@ -131,6 +131,29 @@ pub struct Timing {
     /// Number of deadlines missed by a whole period or more.
     #[prost(uint32, tag = "10")]
     pub missed_deadlines: u32,
+}
+
+/// The round trips of the ticks since the last message, once per simulated second: `/timing/percentiles`.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct TimingPercentiles {
+    /// The last of these ticks.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// Number of these ticks.
+    #[prost(uint32, tag = "2")]
+    pub ticks: u32,
+    /// The median.
+    #[prost(double, tag = "3")]
+    pub p50_us: f64,
+    /// The 90th percentile.
+    #[prost(double, tag = "4")]
+    pub p90_us: f64,
+    /// The 99th percentile.
+    #[prost(double, tag = "5")]
+    pub p99_us: f64,
+    /// The longest.
+    #[prost(double, tag = "6")]
+    pub max_us: f64,
 }
 
 impl From<&TickTiming> for Timing {

@@ -32,9 +32,11 @@ pub const SWARM_STATE: &str = "/swarm/state";
 pub const TRANSFORMS: &str = "/tf";
 /// How long each tick took, by the wall clock.
 pub const TIMING: &str = "/timing";
+/// How long the ticks of each second took.
+pub const TIMING_PERCENTILES: &str = "/timing/percentiles";
 
 /// All topics but those of single UAVs, in the order in which the log has its channels.
-pub const ALL: [&str; 16] = [
+pub const ALL: [&str; 17] = [
     EVENTS,
     FAULTS,
     LEADER_FIX,
@@ -51,6 +53,7 @@ pub const ALL: [&str; 16] = [
     SWARM_STATE,
     TRANSFORMS,
     TIMING,
+    TIMING_PERCENTILES,
 ];
 
 /// What the topic of a single UAV is about.
@@ -95,7 +98,7 @@ mod tests {
 
     #[test]
     fn topics_sort_in_the_order_of_their_channels() {
-        assert!(ALL.is_sorted() && ALL[15] < UavTopic::Control.name(1, 6).as_str());
+        assert!(ALL.is_sorted() && ALL[16] < UavTopic::Control.name(1, 6).as_str());
         assert!(UavTopic::State.name(9, 1000) < UavTopic::Control.name(10, 1000));
     }
 
