@@ -37,7 +37,7 @@ pub(crate) fn fly(plan: &Plan) -> anyhow::Result<Outcome> {
     let flight_time = takeoff.elapsed();
     let report = (!simulation.is_world_ended()).then(|| flight.report(&simulation));
     flight.finish(report.as_ref());
-    Ok(outcome(folder, &simulation, flight, report, (takeoff - begin, flight_time)))
+    Ok(outcome(folder, &simulation, &flight, report, (takeoff - begin, flight_time)))
 }
 
 /// Makes `<out>/<name>-<id>/` with the resolved scenario, as the launcher does.
@@ -130,7 +130,7 @@ impl Flight<'_> {
 fn outcome(
     folder: PathBuf,
     simulation: &Simulation,
-    flight: Flight,
+    flight: &Flight,
     world: Option<WorldReport>,
     (start_time, flight_time): (Duration, Duration),
 ) -> Outcome {

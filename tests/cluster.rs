@@ -2,7 +2,8 @@
 
 use crate::harness::ringwing;
 use std::{
-    fs,
+    fs::{self, Permissions},
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread,
@@ -30,16 +31,12 @@ fn example(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/cluster").join(name)
 }
 
-/// Whether all of `programs` are installed. If not, the test says so and is over.
-fn has(programs: &[&str]) -> bool {
+/// Those of `programs` that are not installed.
+fn missing<'p>(programs: &[&'p str]) -> Vec<&'p str> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders: Vec<_> = std::env::split_paths(&path).chain(["/usr/sbin".into(), "/sbin".into()]).collect();
-    let is_missing = |name: &&&str| !folders.iter().any(|folder| folder.join(name).is_file());
-    let missing: Vec<_> = programs.iter().filter(is_missing).collect();
-    if !missing.is_empty() {
-        eprintln!("skipped: {missing:?} are not installed");
-    }
-    missing.is_empty()
+    let is_missing = |name: &&str| !folders.iter().any(|folder| folder.join(name).is_file());
+    programs.iter().copied().filter(is_missing).collect()
 }
 
 /// Joins the shards in `out` and compares them with the whole sweep, flown without a cluster.
@@ -65,7 +62,9 @@ fn place() -> (tempfile::TempDir, PathBuf, PathBuf) {
 
 #[test]
 fn the_job_file_of_gnu_parallel_flies_every_shard() {
-    if !has(&["parallel"]) {
+    let missing = missing(&["parallel"]);
+    if !missing.is_empty() {
+        eprintln!("skipped: {missing:?} are not installed");
         return;
     }
     let (folder, sweep, out) = place();
@@ -79,7 +78,7 @@ fn the_job_file_of_gnu_parallel_flies_every_shard() {
     assert_whole(folder.path(), &sweep, &out);
 }
 
-/// A Slurm of one machine: its daemons end with it.
+/// A Slurm of one machine, with a munged of its own by which its programs trust each other. Its daemons end with it.
 struct Slurm {
     config: PathBuf,
     daemons: Vec<Child>,
@@ -89,16 +88,44 @@ impl Slurm {
     /// Starts controller and node in `folder`, without accounting and without the system's configuration.
     fn start(folder: &Path) -> Self {
         let config = folder.join("slurm.conf");
+        fs::create_dir(folder.join("state")).unwrap();
+        fs::create_dir(folder.join("spool")).unwrap();
         fs::write(&config, configuration(folder)).unwrap();
-        fs::write(folder.join("cgroup.conf"), "CgroupPlugin=disabled\n").unwrap();
-        let daemon = |name: &str| {
-            let log = fs::File::create(folder.join(format!("{name}.log"))).unwrap();
+        // slurmd loads a plugin for control groups even if nothing uses them; this one asks nothing of the machine.
+        fs::write(folder.join("cgroup.conf"), "CgroupPlugin=cgroup/v1\n").unwrap();
+        let mut slurm = Self { config, daemons: Vec::new() };
+        slurm.start_munge(folder);
+        for name in ["slurmctld", "slurmd"] {
             let mut command = Command::new(format!("/usr/sbin/{name}"));
-            command.args(["-D", "-f"]).arg(&config).stdin(Stdio::null());
-            command.stdout(log.try_clone().unwrap()).stderr(log).spawn().unwrap()
-        };
-        let daemons = vec![daemon("slurmctld"), daemon("slurmd")];
-        Self { config, daemons }
+            command.args(["-D", "-f"]).arg(&slurm.config);
+            slurm.start_daemon(name, command);
+        }
+        slurm
+    }
+
+    fn start_munge(&mut self, folder: &Path) {
+        let (key, socket) = (folder.join("munge.key"), folder.join("munge.socket"));
+        fs::write(&key, [7; 128]).unwrap();
+        // munged refuses a key that others may read, and a socket that others cannot reach.
+        fs::set_permissions(&key, Permissions::from_mode(0o600)).unwrap();
+        fs::set_permissions(folder, Permissions::from_mode(0o755)).unwrap();
+        let mut command = Command::new("/usr/sbin/munged");
+        command.arg("--foreground").arg("--force");
+        for (option, file) in
+            [("key", "munge.key"), ("socket", "munge.socket"), ("pid", "munged.pid"), ("seed", "munge.seed")]
+        {
+            let option = if option == "socket" { "--socket".to_owned() } else { format!("--{option}-file") };
+            command.arg(format!("{option}={}", folder.join(file).display()));
+        }
+        command.arg(format!("--log-file={}", folder.join("munge.log").display()));
+        self.start_daemon("munged", command);
+        self.wait_until("munged answers", || socket.exists());
+    }
+
+    fn start_daemon(&mut self, name: &str, mut command: Command) {
+        let log = fs::File::create(self.config.with_file_name(format!("{name}.log"))).unwrap();
+        command.stdin(Stdio::null()).stdout(log.try_clone().unwrap()).stderr(log);
+        self.daemons.push(command.spawn().unwrap());
     }
 
     fn command(&self, program: &str) -> Command {
@@ -111,7 +138,8 @@ impl Slurm {
     fn wait_until(&self, what: &str, holds: impl Fn() -> bool) {
         let start = Instant::now();
         while !holds() {
-            let logs = ["slurmctld.log", "slurmd.log"].map(|name| self.config.with_file_name(name));
+            let logs =
+                ["munged.log", "slurmctld.log", "slurmd.log"].map(|name| self.config.with_file_name(name));
             let text =
                 || logs.iter().map(|log| fs::read_to_string(log).unwrap_or_default()).collect::<String>();
             assert!(start.elapsed() < PATIENCE, "timed out waiting until {what}:\n{}", text());
@@ -127,7 +155,8 @@ impl Slurm {
 
 impl Drop for Slurm {
     fn drop(&mut self) {
-        for daemon in &mut self.daemons {
+        // The last first: slurmd tells the controller that it leaves.
+        for daemon in self.daemons.iter_mut().rev() {
             let _ = daemon.kill();
             let _ = daemon.wait();
         }
@@ -140,35 +169,21 @@ fn configuration(folder: &Path) -> String {
     // Other tests, and a Slurm of the machine itself, use other ports.
     let port = 20_000 + std::process::id() % 20_000;
     format!(
-        "ClusterName=test\nSlurmctldHost={host}\nSlurmctldPort={port}\nSlurmdPort={}\nSlurmUser=root\nSlurmdUser=root\n\
+        "ClusterName=test\nSlurmctldHost={host}(127.0.0.1)\nSlurmctldPort={port}\nSlurmdPort={}\nSlurmUser=root\nSlurmdUser=root\n\
          StateSaveLocation={folder}/state\nSlurmdSpoolDir={folder}/spool\nSlurmctldPidFile={folder}/ctld.pid\n\
-         SlurmdPidFile={folder}/d.pid\nAuthType=auth/munge\nProctrackType=proctrack/pgid\nTaskPlugin=task/none\n\
+         SlurmdPidFile={folder}/d.pid\nAuthType=auth/munge\nAuthInfo=socket={folder}/munge.socket\nProctrackType=proctrack/pgid\nTaskPlugin=task/none\n\
          SchedulerType=sched/builtin\nSelectType=select/cons_tres\nSelectTypeParameters=CR_CPU\n\
          JobCompType=jobcomp/none\nMpiDefault=none\nReturnToService=2\n\
-         NodeName={host} CPUs=2 State=UNKNOWN\nPartitionName=main Nodes={host} Default=YES State=UP OverSubscribe=YES\n",
+         NodeName={host} NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN\nPartitionName=main Nodes={host} Default=YES State=UP OverSubscribe=YES\n",
         port + 1
     )
 }
 
-/// Starts the daemon with which Slurm's programs trust each other, if none runs.
-fn start_munge() {
-    let is_running = || {
-        Command::new("munge").arg("-n").stdout(Stdio::null()).status().is_ok_and(|status| status.success())
-    };
-    if is_running() {
-        return;
-    }
-    let _ = Command::new("/usr/sbin/munged").arg("--force").status();
-    let start = Instant::now();
-    while !is_running() {
-        assert!(start.elapsed() < PATIENCE, "munged does not answer");
-        thread::sleep(Duration::from_millis(100));
-    }
-}
-
 #[test]
 fn the_job_file_of_slurm_flies_every_shard_on_a_cluster_of_one_machine() {
-    if !has(&["slurmctld", "slurmd", "sbatch", "squeue", "munged", "munge"]) {
+    let missing = missing(&["slurmctld", "slurmd", "sbatch", "squeue", "munged"]);
+    if !missing.is_empty() {
+        eprintln!("skipped: {missing:?} are not installed");
         return;
     }
     if !rustix::process::geteuid().is_root() {
@@ -176,7 +191,6 @@ fn the_job_file_of_slurm_flies_every_shard_on_a_cluster_of_one_machine() {
         return;
     }
     let (folder, sweep, out) = place();
-    start_munge();
     let slurm = Slurm::start(folder.path());
     slurm.wait_until("the node is idle", || slurm.output("sinfo", &["-h", "-o", "%t"]).contains("idle"));
     let status = slurm

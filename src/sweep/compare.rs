@@ -2,11 +2,14 @@
 //!
 //! Never flies anything.
 
-use super::output;
+use super::files;
 use crate::{WrongUsage, tell};
 use ringwing_study::sweep::{Cell, Difference, Manifest, Shard, Side, compare, flights_file, read_cells};
 use serde_json::json;
-use std::{path::PathBuf, process::ExitCode};
+use std::{
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
 
 /// Most cells that are printed. More push the result off a terminal.
 const PRINTED: usize = 40;
@@ -52,10 +55,9 @@ pub(super) fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
     }
 }
 
-fn read(folder: &PathBuf) -> anyhow::Result<Read> {
+fn read(folder: &Path) -> anyhow::Result<Read> {
     let manifest = Manifest::expect(folder)?;
-    let cells =
-        read_cells(&folder.join(flights_file(Shard::WHOLE)), &manifest.sweep, &output::figures(&[])?)?;
+    let cells = read_cells(&folder.join(flights_file(Shard::WHOLE)), &manifest.sweep, &files::figures(&[])?)?;
     Ok(Read { manifest, cells })
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Never changes a shard.
 
-use super::{cells, output};
+use super::{cells, files};
 use crate::{FAILED, WrongUsage, tell};
 use ringwing_study::sweep::{
     Columns, FlightId, Ledger, Manifest, Next, Shard, flight_of, flights_file, read_rows, sort_rows,
@@ -33,7 +33,7 @@ pub(crate) struct MergeArgs {
 
 /// Joins the shards; the exit code says whether the sweep is complete.
 pub(super) fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
-    let figures = output::figures(&args.figures)?;
+    let figures = files::figures(&args.figures)?;
     let manifest = common_manifest(&args.folders)?;
     let shards = shards(&args.folders)?;
     let (Some(folder), false) = (args.folders.first(), shards.is_empty()) else {
@@ -49,7 +49,7 @@ pub(super) fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     if !args.json {
         tell(&format!("joined {rows} flights of {} files", shards.len()));
     }
-    output::write_all(folder, &manifest, &figures, args.json)?;
+    files::write_all(folder, &manifest, &figures, args.json)?;
     if missing.is_empty() {
         return Ok(ExitCode::SUCCESS);
     }
@@ -109,7 +109,7 @@ fn missing(manifest: &Manifest, rows: &Path) -> anyhow::Result<BTreeMap<u64, u64
     })?;
     let mut missing = BTreeMap::new();
     // What the ledger would fly next is missing. Nothing is flown, so it never says to wait for more than was asked for.
-    while let Next::Fly(FlightId { cell, .. }) = ledger.next() {
+    while let Next::Fly(FlightId { cell, .. }) = ledger.hand_out() {
         *missing.entry(cell).or_default() += 1;
     }
     Ok(missing)

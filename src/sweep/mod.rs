@@ -4,9 +4,9 @@
 
 mod compare;
 mod definition;
+mod files;
 mod list;
 mod merge;
-mod output;
 mod processes;
 mod progress;
 
@@ -22,13 +22,7 @@ use ringwing_study::{
         check, flight_of, flights_file, run as fly_all,
     },
 };
-use std::{
-    fs, io,
-    num::NonZero,
-    path::{Path, PathBuf},
-    process::ExitCode,
-    thread,
-};
+use std::{fs, num::NonZero, path::Path, process::ExitCode, thread};
 
 /// Most flights that a sweep flies without being asked to. A million take about ten hours on two cores; more are likely a
 /// mistake.
@@ -84,7 +78,7 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     rows.sort()?;
     let is_whole = !stop.is_set();
     if is_whole {
-        output::write(&folder, &manifest, shard, args)?;
+        files::write(&folder, &manifest, shard, args)?;
     } else {
         eprintln!(
             "ringwing: interrupted after {} flights ({landed} in all); the same command goes on from here: {}",
@@ -135,7 +129,7 @@ fn prepare(folder: &Path, sweep: &Definition, args: &SweepArgs) -> anyhow::Resul
     let manifest = Manifest {
         sweep: sweep.clone(),
         version: env!("CARGO_PKG_VERSION").into(),
-        build: output::build()?,
+        build: files::build()?,
         by_processes: args.processes,
     };
     if args.fresh {
@@ -168,6 +162,10 @@ fn check_same(folder: &Path, manifest: &Manifest, before: &Manifest) -> Result<(
 
 /// Removes what earlier sweeps have written into `folder`, and nothing else.
 fn remove_results(folder: &Path) -> anyhow::Result<()> {
+    // In a folder that is not a sweep's, files of these names are somebody else's.
+    if !folder.join("sweep.json").exists() {
+        return Ok(());
+    }
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -175,17 +173,21 @@ fn remove_results(folder: &Path) -> anyhow::Result<()> {
             return Err(ResultsError::File { path: folder.to_owned(), what: "read", source }.into());
         }
     };
-    for path in entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_result(path)) {
+    for path in entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_result(path.as_path()))
+    {
         fs::remove_file(&path).map_err(|source| ResultsError::File { path, what: "removed", source })?;
     }
     Ok(())
 }
 
-fn is_result(path: &PathBuf) -> bool {
+fn is_result(path: &Path) -> bool {
     let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let of_rows = name.starts_with("flights.") && (name.ends_with(".csv") || name.ends_with(".parquet"));
-    let of_maps = name == "index.html" || name.starts_with("map-") && name.ends_with(".svg");
-    of_rows || of_maps || name == "sweep.json" || name == "cells.csv"
+    let is_numbered = |before: &str, after: &str| {
+        name.strip_prefix(before).is_some_and(|rest| rest.strip_suffix(after).is_some())
+    };
+    ["sweep.json", "cells.csv", "index.html", "flights.csv", "flights.parquet"].contains(&name)
+        || is_numbered("flights.", ".csv")
+        || is_numbered("map-", ".svg")
 }
 
 /// Notes a flight that an earlier part of the sweep has flown.

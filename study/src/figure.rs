@@ -113,9 +113,19 @@ pub const FIGURES: [Figure; 27] = [
         Lower,
         Summary(|flight| flight.disagreed_until_s),
     ),
-    figure("commanded", "UAVs that fly on command at the end", Higher, Summary(commanded)),
+    figure(
+        "commanded",
+        "UAVs that fly on command at the end",
+        Higher,
+        Summary(|flight| Some(commanded(flight))),
+    ),
     figure("faults", "faults", Lower, Summary(|flight| Some(flight.faults as f64))),
-    figure("samples_lost", "samples lost on links with faults", Lower, Summary(samples_lost)),
+    figure(
+        "samples_lost",
+        "samples lost on links with faults",
+        Lower,
+        Summary(|flight| Some(samples_lost(flight))),
+    ),
     figure("ticks", "ticks measured", Higher, Summary(|flight| Some(flight.ticks as f64))),
     figure("collisions", "collisions", Lower, World(|world| world.collisions.len() as f64)),
     figure("failsafes", "times that a failsafe took over", Lower, World(|world| f64::from(world.failsafes))),
@@ -171,12 +181,12 @@ fn clearance_m(flight: &FlightSummary) -> Option<f64> {
     flight.obstacles.iter().map(|obstacle| obstacle.clearance_m).reduce(f64::min)
 }
 
-fn commanded(flight: &FlightSummary) -> Option<f64> {
-    Some(flight.uavs.iter().filter(|uav| uav.commanded).count() as f64)
+fn commanded(flight: &FlightSummary) -> f64 {
+    flight.uavs.iter().filter(|uav| uav.commanded).count() as f64
 }
 
-fn samples_lost(flight: &FlightSummary) -> Option<f64> {
-    Some(flight.links.iter().map(|link| link.lost).sum::<u64>() as f64)
+fn samples_lost(flight: &FlightSummary) -> f64 {
+    flight.links.iter().map(|link| link.lost).sum::<u64>() as f64
 }
 
 #[cfg(test)]

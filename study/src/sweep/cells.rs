@@ -3,18 +3,12 @@
 //! Never keeps more rows in memory than those of one cell, apart from a few of each cell that people will look at, and
 //! apart from sweeps with random axes.
 
-use super::{
-    definition::Definition,
-    design::Axis,
-    results::{ResultsError, read_rows},
-    row::{Columns, Row},
-    values::Values,
-};
+use super::{definition::Definition, design::Axis, row::Row, values::Values};
 use crate::{
     figure::{Better, FIGURES, Figure},
     statistics::{Share, quantile, wilson},
 };
-use std::{collections::HashMap, mem, path::Path};
+use std::{collections::HashMap, mem};
 
 /// Flights of a cell that are kept, those that did not pass first. More make the page of a large sweep slow to open.
 const KEPT: usize = 12;
@@ -57,65 +51,74 @@ impl Cell {
     }
 }
 
-/// Reads the sorted rows of `path`, cell by cell, with the spread of these figures. The values of random axes are put
-/// into bins, and cells of the same bins together.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn read_cells(
-    path: &Path,
-    definition: &Definition,
-    figures: &[&Figure],
-) -> Result<Vec<Cell>, ResultsError> {
-    let columns = Columns::of(definition);
-    if definition.design.axes.iter().any(Axis::is_drawn) {
-        read_binned(path, definition, &columns, figures)
-    } else {
-        read_in_order(path, &columns, figures)
-    }
+/// Takes rows one by one and puts them together. The values of random axes are put into bins, and cells of the same bins
+/// together.
+pub struct CellFold<'a> {
+    axes: &'a [Axis],
+    figures: &'a [&'a Figure],
+    is_binned: bool,
+    cells: Vec<Cell>,
+    /// The rows of the current cell; with bins, those of each.
+    open: Vec<Vec<Row>>,
+    /// Where the rows of each bin are.
+    bins: HashMap<Vec<String>, usize>,
 }
 
-/// Rows of the same bins are anywhere in the file, so all are kept at once.
-fn read_binned(
-    path: &Path,
-    definition: &Definition,
-    columns: &Columns,
-    figures: &[&Figure],
-) -> Result<Vec<Cell>, ResultsError> {
-    let mut order: Vec<Vec<Row>> = Vec::new();
-    let mut places = HashMap::new();
-    read_rows(path, columns, |row| {
-        let mut row = row.clone();
-        for (value, axis) in row.values.iter_mut().zip(&definition.design.axes) {
+impl<'a> CellFold<'a> {
+    /// The cells of this sweep, with the spread of these figures.
+    pub fn new(definition: &'a Definition, figures: &'a [&'a Figure]) -> Self {
+        let axes = &definition.design.axes;
+        Self {
+            axes,
+            figures,
+            is_binned: axes.iter().any(Axis::is_drawn),
+            cells: Vec::new(),
+            open: Vec::new(),
+            bins: HashMap::new(),
+        }
+    }
+
+    /// Takes the next row. Rows come sorted by cell.
+    pub fn take(&mut self, row: &Row) {
+        if self.is_binned {
+            return self.take_into_bin(row.clone());
+        }
+        if self.open.first().and_then(|rows| rows.last()).is_some_and(|last| last.cell != row.cell) {
+            self.close();
+        }
+        if self.open.is_empty() {
+            self.open.push(Vec::new());
+        }
+        self.open[0].push(row.clone());
+    }
+
+    /// Rows of one bin are anywhere among the others, so all stay open.
+    fn take_into_bin(&mut self, mut row: Row) {
+        for (value, axis) in row.values.iter_mut().zip(self.axes) {
             if let Values::Drawn(distribution) = &axis.values {
                 *value = distribution.bin(value);
             }
         }
-        let place = *places.entry(row.values.clone()).or_insert_with(|| {
-            order.push(Vec::new());
-            order.len() - 1
+        let open = &mut self.open;
+        let place = *self.bins.entry(row.values.clone()).or_insert_with(|| {
+            open.push(Vec::new());
+            open.len() - 1
         });
-        order[place].push(row);
-    })?;
-    let numbered = order.into_iter().enumerate();
-    Ok(numbered.map(|(number, rows)| summarize(rows, figures, kept(number))).collect())
-}
-
-fn read_in_order(path: &Path, columns: &Columns, figures: &[&Figure]) -> Result<Vec<Cell>, ResultsError> {
-    let mut cells = Vec::new();
-    let mut rows: Vec<Row> = Vec::new();
-    read_rows(path, columns, |row| {
-        if rows.last().is_some_and(|last| last.cell != row.cell) {
-            let kept = kept(cells.len());
-            cells.push(summarize(mem::take(&mut rows), figures, kept));
-        }
-        rows.push(row.clone());
-    })?;
-    if !rows.is_empty() {
-        let kept = kept(cells.len());
-        cells.push(summarize(rows, figures, kept));
+        self.open[place].push(row);
     }
-    Ok(cells)
+
+    fn close(&mut self) {
+        for rows in mem::take(&mut self.open) {
+            let kept = kept(self.cells.len());
+            self.cells.push(summarize(rows, self.figures, kept));
+        }
+    }
+
+    /// The cells.
+    pub fn finish(mut self) -> Vec<Cell> {
+        self.close();
+        self.cells
+    }
 }
 
 /// The number of flights that are kept of the cell at this place.
@@ -155,28 +158,44 @@ fn spread(rows: &[Row], figure: &Figure) -> Spread {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sweep::{
-        results::RowFile,
-        row::tests::{columns, row},
-    };
+    use crate::sweep::{Draft, row::tests::row};
     use ringwing_recorder::metrics::Verdict;
+
+    /// The cells of a sweep over one axis with these values.
+    fn cells(values: &str, rows: &[Row], figures: &[&Figure]) -> Vec<Cell> {
+        let text = format!("scenario = \"paper-4.1\"\n[axes]\nleader.speed_m_s = {values}");
+        let sweep = Draft::parse("x", &text).unwrap();
+        let sweep = Draft { samples: values.contains("uniform").then_some(9), ..sweep }.finish().unwrap();
+        let mut fold = CellFold::new(&sweep, figures);
+        for row in rows {
+            fold.take(row);
+        }
+        fold.finish()
+    }
+
+    #[test]
+    fn random_values_are_put_into_bins() {
+        let rows = [
+            row(0, 1, "1.05", Verdict::Passed),
+            row(1, 1, "2.9", Verdict::Passed),
+            row(2, 1, "1.2", Verdict::Failed),
+        ];
+        let cells = cells("\"uniform 1 .. 3\"", &rows, &[]);
+        let flights: Vec<_> =
+            cells.iter().map(|cell| (cell.values[0].as_str(), cell.flights, cell.passed)).collect();
+        assert_eq!(flights, [("1.12", 2, 1), ("2.88", 1, 1)]);
+    }
 
     #[test]
     fn rows_become_cells_with_shares_and_spreads() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("flights.csv");
-        let mut file = RowFile::open(&path, columns(), |_| {}).unwrap();
-        for seed in 1..=4 {
-            let verdict = if seed == 3 { Verdict::Violated } else { Verdict::Passed };
-            file.append(&row(0, seed, "0.1", verdict)).unwrap();
-        }
+        let verdict = |seed| if seed == 3 { Verdict::Violated } else { Verdict::Passed };
+        let mut rows: Vec<Row> = (1..=4).map(|seed| row(0, seed, "0.1", verdict(seed))).collect();
         let mut last = row(2, 1, "0.3", Verdict::Failed);
         last.figures[0] = None;
-        file.append(&last).unwrap();
-        drop(file);
+        rows.push(last);
         let settling = Figure::named("settling_s").unwrap();
         let recovery = Figure::named("recovery_max_s").unwrap();
-        let cells = read_in_order(&path, &columns(), &[settling, recovery]).unwrap();
+        let cells = cells("[0.1, 0.2, 0.3]", &rows, &[settling, recovery]);
         let [first, second] = cells.as_slice() else { panic!("{cells:?}") };
         assert_eq!((first.flights, first.passed, first.values[0].as_str()), (4, 3, "0.1"));
         assert_eq!(first.figures[0].median, Some(15.0));

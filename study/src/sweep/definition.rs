@@ -30,6 +30,19 @@ pub struct Definition {
     pub seeds: Seeds,
 }
 
+/// What the folder of a sweep says about it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// What was flown.
+    pub sweep: Definition,
+    /// Version of ringwing.
+    pub version: String,
+    /// Identifies the program to the bit: rows of another build may differ.
+    pub build: String,
+    /// Whether real processes flew.
+    pub by_processes: bool,
+}
+
 /// The seeds of a cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Seeds {

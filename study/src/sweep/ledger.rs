@@ -92,7 +92,7 @@ impl Ledger {
         flight.cell * self.seeds.max + flight.index
     }
 
-    /// Notes a flight that an earlier run of the sweep has flown; call it before the first [`Self::next`]. Returns whether
+    /// Notes a flight that an earlier run of the sweep has flown; call it before the first [`Self::hand_out`]. Returns whether
     /// it belongs to the sweep and is new.
     pub fn note_flown(&mut self, flight: FlightId, passed: bool) -> bool {
         let is_mine = flight.cell < self.cells && flight.index < self.seeds.max;
@@ -113,7 +113,7 @@ impl Ledger {
     }
 
     /// The next flight.
-    pub fn next(&mut self) -> Next {
+    pub fn hand_out(&mut self) -> Next {
         loop {
             if let Some(flight) = self.next_of_current() {
                 self.issued.add(self.number(flight));
@@ -200,7 +200,7 @@ impl Ledger {
         self.seeds.precision.is_none_or(|width| interval.high - interval.low <= width)
     }
 
-    /// Notes a flight that [`Self::next`] has handed out.
+    /// Notes a flight that [`Self::hand_out`] has handed out.
     pub fn finish(&mut self, flight: FlightId, passed: bool) {
         self.in_flight -= 1;
         self.enter(flight, passed);
@@ -224,7 +224,7 @@ mod tests {
     fn flown(ledger: &mut Ledger, jobs: usize, passes: impl Fn(FlightId) -> bool) -> Vec<FlightId> {
         let (mut air, mut all) = (Vec::new(), Vec::new());
         loop {
-            let next = ledger.next();
+            let next = ledger.hand_out();
             if let Next::Fly(flight) = next {
                 assert!(!all.contains(&flight), "{flight:?} twice");
                 all.push(flight);
@@ -262,7 +262,7 @@ mod tests {
     #[test]
     fn shards_share_the_flights_without_overlap_and_without_gap() {
         for seeds in [seeds(5, None, 5), seeds(5, Some(0.4), 40)] {
-            let passes = |flight: FlightId| (flight.cell + flight.index) % 3 > 0;
+            let passes = |flight: FlightId| !(flight.cell + flight.index).is_multiple_of(3);
             let whole = flown(&mut Ledger::new(7, &seeds, Shard::WHOLE), 3, passes);
             let shard = |number| flown(&mut Ledger::new(7, &seeds, Shard { number, count: 4 }), 3, passes);
             let mut parts: Vec<_> = (1..=4).flat_map(shard).collect();
@@ -274,7 +274,7 @@ mod tests {
     #[test]
     fn a_cell_gets_flights_until_its_interval_is_narrow_whatever_the_number_of_jobs() {
         // Cell 0 always passes, so few flights suffice; cell 1 passes half of the time.
-        let passes = |flight: FlightId| flight.cell == 0 || flight.index % 2 == 0;
+        let passes = |flight: FlightId| flight.cell == 0 || flight.index.is_multiple_of(2);
         let seeds = seeds(10, Some(0.25), 60);
         let alone = flown(&mut Ledger::new(2, &seeds, Shard::WHOLE), 1, passes);
         let of = |cell: u64| alone.iter().filter(|flight| flight.cell == cell).count() as u64;
@@ -291,7 +291,7 @@ mod tests {
 
     #[test]
     fn a_resumed_cell_gets_the_same_flights() {
-        let passes = |flight: FlightId| flight.index % 2 == 0;
+        let passes = |flight: FlightId| flight.index.is_multiple_of(2);
         let seeds = seeds(10, Some(0.3), 500);
         let whole = flown(&mut Ledger::new(1, &seeds, Shard::WHOLE), 3, passes);
         for before in [1, 9, 10, 11, 25] {

@@ -11,6 +11,7 @@ mod compare;
 mod definition;
 mod design;
 mod draft;
+mod file;
 mod ledger;
 mod maps;
 mod page;
@@ -23,18 +24,19 @@ mod shard;
 mod template;
 mod values;
 
-pub use cells::{Cell, Spread, read_cells};
+pub use cells::{Cell, CellFold, Spread};
 pub use check::check;
 pub use compare::{Difference, Side, compare};
-pub use definition::{Definition, Seeds, SweepProblem};
+pub use definition::{Definition, Manifest, Seeds, SweepProblem};
 pub use design::{Axis, Combination, Design, Sampling};
-pub use draft::{Draft, Given, Text, is_sweep};
+pub use draft::{Draft, Given, Text};
+pub use file::is_sweep;
 pub use ledger::{FlightId, Ledger, Next};
 pub use maps::{Map, draw_maps};
 pub use page::{command, page};
 pub use parquet::write_parquet;
 pub use results::{
-    CsvLines, Manifest, ResultsError, RowFile, flight_of, flights_file, read_rows, replace, sort_rows,
+    CsvLines, ResultsError, RowFile, flight_of, flights_file, read_cells, read_rows, replace, sort_rows,
 };
 pub use row::{Columns, Row};
 pub use runner::{Crew, Tally, run};

@@ -2,7 +2,12 @@
 //!
 //! One file that loads nothing. Must never put text into the page without escaping it.
 
-use super::{cells::Cell, definition::Definition, maps::Map, results::Manifest, row::Row};
+use super::{
+    cells::Cell,
+    definition::{Definition, Manifest},
+    maps::Map,
+    row::Row,
+};
 use crate::{
     figure::{FIGURES, Figure},
     shell::quoted,
@@ -24,7 +29,7 @@ figcaption{color:#aaa}a{color:#6cb6ff}.ink{fill:#ddd}.grid{stroke:#3a3f45}#fligh
 .passed{color:#4fc9a0}.violated,.failed{color:#ff9d5c}}";
 
 /// Shows the flights of the cell that is chosen with mouse, finger or keyboard.
-const SCRIPT: &str = r##"
+const SCRIPT: &str = r#"
 const data = JSON.parse(document.getElementById("data").textContent);
 const place = document.getElementById("flights");
 const add = (parent, tag, text, name) => {
@@ -60,7 +65,7 @@ document.querySelectorAll("[data-cell]").forEach(cell => {
   cell.addEventListener("click", () => { location.hash = cell.dataset.cell; });
   cell.addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); location.hash = cell.dataset.cell; } });
 });
-"##;
+"#;
 
 /// The page of a sweep with these maps and cells; `figures` are those of the flights' table.
 pub fn page(manifest: &Manifest, maps: &[Map], cells: &[Cell], figures: &[&Figure]) -> String {
@@ -74,16 +79,15 @@ pub fn page(manifest: &Manifest, maps: &[Map], cells: &[Cell], figures: &[&Figur
     }
     for map in maps {
         let title = escaped(&map.title);
-        body.push_str(&format!("<figure><figcaption>{title}</figcaption>\n{}</figure>\n", map.svg));
+        body.extend(["<figure><figcaption>", &title, "</figcaption>\n", &map.svg, "</figure>\n"]);
     }
     body.push_str(
         "<section id=\"flights\" aria-live=\"polite\"><p>Choose a cell to see its flights.</p></section>\n",
     );
     // A script ends at the first closing tag, even within a text.
     let data = data(manifest, cells, figures).to_string().replace("</", "<\\/");
-    body.push_str(&format!(
-        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>{SCRIPT}</script>\n"
-    ));
+    body.extend(["<script type=\"application/json\" id=\"data\">", &data, "</script>\n"]);
+    body.extend(["<script>", SCRIPT, "</script>\n"]);
     page_with_style(&sweep.name, STYLE, &body)
 }
 

@@ -1,4 +1,4 @@
-//! The rows of a sweep as Parquet, with typed columns, for pandas, polars and DuckDB.
+//! The rows of a sweep as Parquet, with typed columns, for pandas, polars and `DuckDB`.
 //!
 //! Never holds more than one group of rows in memory.
 

@@ -4,17 +4,20 @@
 //! rows are sorted. Never keeps rows in memory: only where each one is in the file.
 
 use super::{
-    definition::Definition,
+    cells::{Cell, CellFold},
+    definition::{Definition, Manifest},
     ledger::FlightId,
     row::{Columns, Row},
     shard::Shard,
 };
-use serde::{Deserialize, Serialize};
+use crate::figure::Figure;
 use std::{
     fs::{self, File, OpenOptions},
     io::{self, BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write},
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
+use tempfile::NamedTempFile;
 
 /// The definition's file in the folder of a sweep.
 const DEFINITION: &str = "sweep.json";
@@ -51,19 +54,6 @@ impl ResultsError {
     pub(super) fn other(path: &Path, problem: impl Into<String>) -> Self {
         Self::Other { path: path.to_owned(), problem: problem.into() }
     }
-}
-
-/// What the folder of a sweep says about it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Manifest {
-    /// What was flown.
-    pub sweep: Definition,
-    /// Version of ringwing.
-    pub version: String,
-    /// Identifies the program to the bit: rows of another build may differ.
-    pub build: String,
-    /// Whether real processes flew.
-    pub by_processes: bool,
 }
 
 impl Manifest {
@@ -106,24 +96,32 @@ impl Manifest {
     /// The file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), ResultsError> {
         let path = folder.join(DEFINITION);
-        let text = serde_json::to_string_pretty(self).expect("a definition has only strings for keys");
-        replace(&path, |file| writeln!(file, "{text}"))
+        replace(&path, |file| {
+            serde_json::to_writer_pretty(&mut *file, self)?;
+            writeln!(file)
+        })
     }
 }
 
 /// Writes `path` through a file beside it, so that nobody ever finds half of it.
+///
+/// # Errors
+/// The file cannot be written; what was there before stays.
 pub fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), ResultsError> {
-    // The process id keeps shards apart that write the same file at the same time.
-    let beside = path.with_extension(format!("{}.tmp", std::process::id()));
-    let written = File::create(&beside).map(BufWriter::new).and_then(|mut file| {
+    // Shards on several machines may write the same file at the same time, so the name of the other file is drawn.
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let written = NamedTempFile::new_in(folder).and_then(|beside| {
+        let mut file = BufWriter::new(beside.reopen()?);
         write(&mut file)?;
-        file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
+        file.into_inner().map_err(io::IntoInnerError::into_error)?;
+        // A drawn file is for its owner only, and results are for everybody who may see the folder.
+        beside.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
+        beside.persist(path).map(drop).map_err(|error| error.error)
     });
-    let done = written.and_then(|()| fs::rename(&beside, path));
-    done.inspect_err(|_| drop(fs::remove_file(&beside))).map_err(ResultsError::file(path, "written"))
+    written.map_err(ResultsError::file(path, "written"))
 }
 
 /// The name of the rows' file of a shard.
@@ -275,6 +273,20 @@ pub fn read_rows(path: &Path, columns: &Columns, mut each: impl FnMut(&Row)) -> 
     scan(&file, path, columns, |row, _| each(row)).map(drop)
 }
 
+/// Reads the sorted rows of `path` and puts them together cell by cell, with the spread of these figures.
+///
+/// # Errors
+/// As [`read_rows`].
+pub fn read_cells(
+    path: &Path,
+    definition: &Definition,
+    figures: &[&Figure],
+) -> Result<Vec<Cell>, ResultsError> {
+    let mut cells = CellFold::new(definition, figures);
+    read_rows(path, &Columns::of(definition), |row| cells.take(row))?;
+    Ok(cells.finish())
+}
+
 /// Hands every whole row to `each`; returns where the last one ends. No field holds a line break, so each line is a row.
 fn scan(
     file: &File,
@@ -368,7 +380,9 @@ mod tests {
 
     fn write(path: &Path, rows: &[Row]) {
         let mut file = RowFile::open(path, columns(), |_| {}).unwrap();
-        rows.iter().for_each(|row| file.append(row).unwrap());
+        for row in rows {
+            file.append(row).unwrap();
+        }
     }
 
     #[test]

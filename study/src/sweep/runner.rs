@@ -130,7 +130,7 @@ impl Shared<'_> {
             if state.is_over {
                 return None;
             }
-            match state.ledger.next() {
+            match state.ledger.hand_out() {
                 Next::Fly(flight) => return Some(flight),
                 Next::Wait => state = self.wait(state),
                 Next::Done => return None,

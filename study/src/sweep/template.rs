@@ -4,6 +4,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Axes outside a sentence that may have the same name. No sweep has as many.
+const MANY: usize = 1000;
+
 /// A sentence with places for values.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Template {
@@ -86,7 +89,8 @@ fn define(
     }
     let mut is_taken = |name: &str| is_axis(name) || axes.iter().any(|(other, _)| other == name);
     // Two faults may both have a delay, so the second is another axis.
-    let name = (1..)
+    // One more name than there are axes, so that one is free.
+    let name = (1..=axes.len() + MANY)
         .map(|number| if number == 1 { name.to_owned() } else { format!("{name} {number}") })
         .find(|name| !is_taken(name))
         .unwrap_or_default();
