@@ -2,19 +2,19 @@
 //!
 //! Never judges: the exit code does not depend on what differs.
 
-use crate::{review::LoggedFlight, tell};
-use ringwing_recorder::flat::flattened;
+use crate::{log_argument, review::LoggedFlight, tell, warn_of};
+use ringwing_recorder::{flat::flattened, log::reader::ReadError};
 use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::ExitCode,
 };
 
 /// Which flights to compare.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CompareLogsArgs {
-    /// Log of the first run
+    /// Log of the first run: its folder or the .mcap file in it, `latest`, or `-` for standard input
     a: PathBuf,
     /// Log of the second run
     b: PathBuf,
@@ -25,7 +25,7 @@ pub(crate) struct CompareLogsArgs {
 
 /// Prints the quantities of both flights and their differences.
 pub(crate) fn run(args: &CompareLogsArgs) -> anyhow::Result<ExitCode> {
-    let [a, b] = [&args.a, &args.b].map(|log| LoggedFlight::read(log).map(|flight| quantities(&flight)));
+    let [a, b] = [&args.a, &args.b].map(|log| read(&log_argument::named(log)));
     let rows = compared(&a?, &b?);
     if args.json {
         tell(&format!("{:#}", to_json(&rows)));
@@ -33,6 +33,14 @@ pub(crate) fn run(args: &CompareLogsArgs) -> anyhow::Result<ExitCode> {
         print(&rows);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The quantities of the flight in `log`; warns if they are not those of one whole flight.
+fn read(log: &Path) -> Result<BTreeMap<String, Value>, ReadError> {
+    let flight = LoggedFlight::read(log)?;
+    warn_of(&flight.path, &flight.notes);
+    warn_of(&flight.path, flight.summary.failures());
+    Ok(quantities(&flight))
 }
 
 /// One quantity of both flights; null in a flight that does not have it.
@@ -75,10 +83,14 @@ fn to_json(rows: &[ComparedQuantity]) -> Value {
     Value::Object(rows.iter().map(entry).collect())
 }
 
-/// Prints the table. Values of single UAVs, below `flight.`, are in the JSON only.
+/// Quantities that only the JSON has: values of single UAVs and collisions, and the seed that the table has as a number.
+const LEFT_OUT: [&str; 3] = ["flight.", "collision_list.", "seed_text"];
+
+/// Prints the table.
 fn print(rows: &[ComparedQuantity]) {
     tell(&format!("  {:<34} {:>22} {:>22} {:>14}", "", "A", "B", "B - A"));
-    for row in rows.iter().filter(|row| !row.name.starts_with("flight.")) {
+    let is_shown = |row: &&ComparedQuantity| !LEFT_OUT.iter().any(|prefix| row.name.starts_with(prefix));
+    for row in rows.iter().filter(is_shown) {
         let difference = match row.difference() {
             Some(difference) if difference != 0.0 => format!("{difference:+.6}"),
             _ if row.a == row.b => "=".into(),

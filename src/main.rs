@@ -8,6 +8,8 @@ mod clean;
 mod compare;
 mod fault_command;
 mod launcher;
+mod log_argument;
+mod log_room;
 mod real_time;
 mod recover_command;
 mod review;
@@ -102,6 +104,10 @@ fn main() -> ExitCode {
     // When a shell asks for completions, this answers and exits.
     CompleteEnv::with_factory(Cli::command).complete();
     let Cli { lock_memory, command } = Cli::parse();
+    // Beyond `ulimit -f` a write fails, like on a full disk: whoever writes reports it.
+    if let Err(error) = ringwing_bus::survive_file_size_limit() {
+        eprintln!("ringwing: {error}");
+    }
     if lock_memory && let Err(error) = real_time::lock_memory() {
         eprintln!("ringwing: memory cannot be locked: {error}");
     }
@@ -151,6 +157,13 @@ fn complete(shell: Shell) -> anyhow::Result<ExitCode> {
 fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {
     result?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Prints what the user should know of `log`, without a bearing on the exit code.
+fn warn_of(log: &std::path::Path, texts: &[String]) {
+    for text in texts {
+        eprintln!("ringwing: warning: log {}: {text}", log.display());
+    }
 }
 
 /// Prints a line. Errors are ignored: they mean that the reader of the output is gone.

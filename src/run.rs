@@ -5,11 +5,13 @@
 use crate::{
     WrongUsage,
     launcher::{LaunchError, Outcome, Plan, launch},
+    log_room,
     real_time::{Urgency, urgency},
     simulated,
     summary::Summary,
 };
 use ringwing_bench::PlacementArgs;
+use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
 use ringwing_study::shell::quoted;
@@ -21,7 +23,8 @@ use std::{
 
 /// The paper's Section 4.2.
 const DEFAULT_SCENARIO: &str = "paper-4.2";
-const DEFAULT_OUT: &str = "runs";
+/// The folder for the folders of runs.
+pub(crate) const DEFAULT_OUT: &str = "runs";
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
@@ -96,10 +99,11 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     let outcome = if args.simulated { simulated::fly(&plan)? } else { launch(&plan)? };
     let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
-    write(&outcome, &summary)?;
     let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // An error means that the reader of the output is gone. The exit code and summary.json still tell the result.
+    // Print first: a disk that is full must not take the result. An error means that the reader of the output is gone.
+    // The exit code and summary.json still tell the result.
     let _ = io::stdout().write_all(text.as_bytes());
+    write(&outcome, &summary)?;
     Ok(summary.verdict.exit_code())
 }
 
@@ -117,7 +121,8 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         .into());
     }
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
-    let Urgency { placement, lock_memory, notes } = urgency(args.placement.placement(), &scenario)?;
+    let Urgency { placement, lock_memory, mut notes } = urgency(args.placement.placement(), &scenario)?;
+    notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
         out: args.out.clone(),
@@ -157,7 +162,7 @@ fn settings(args: &RunArgs) -> Vec<Setting> {
 /// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
-    std::fs::write(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
+    write_whole(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
 }
 
 /// The command that repeats the run, with its seed.

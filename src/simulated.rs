@@ -2,7 +2,7 @@
 //!
 //! Writes the same log as the processes, without wall-clock times. Must never use shared memory or start a process.
 
-use crate::launcher::{LOG, LaunchError, Outcome, Plan, Progress};
+use crate::launcher::{LaunchError, Outcome, Plan, Progress, link_latest, log_in};
 use ringwing_bus::{DomainId, StopFlag};
 use ringwing_flight::{Event, FormationError, Reporter, Tick, TimedEvent, WorldReport};
 use ringwing_recorder::{Recording, log::Opening};
@@ -26,8 +26,8 @@ pub(crate) fn fly(plan: &Plan) -> anyhow::Result<Outcome> {
     let mut simulation = Simulation::new(&plan.scenario)?;
     let folder = make_folder(plan)?;
     let text = plan.scenario.to_toml();
-    let opening = Opening { scenario: &plan.scenario, text: &text, timing: false };
-    let log = plan.record.then(|| folder.join(LOG));
+    let opening = Opening { scenario: &plan.scenario, text: &text, timing: false, started_at: None };
+    let log = plan.record.then(|| log_in(&folder));
     let recording = Recording::begin(log.as_deref(), &opening, false)?;
     let progress = Progress::new(&plan.scenario, plan.quiet);
     progress.print(&format!("simulated, folder {}", folder.display()));
@@ -47,6 +47,7 @@ fn make_folder(plan: &Plan) -> anyhow::Result<PathBuf> {
     fs::create_dir_all(&folder).map_err(error(folder.clone()))?;
     let file = folder.join("scenario.toml");
     fs::write(&file, plan.scenario.to_toml()).map_err(error(file))?;
+    link_latest(&folder);
     Ok(folder)
 }
 
@@ -97,12 +98,13 @@ impl Flight<'_> {
 
     fn show_progress(&mut self, flown: Option<Tick>) {
         let Some(tick) = flown.filter(|tick| tick.0 % PROGRESS_PERIOD == 0) else { return };
-        if let Some(moment) = self.recording.moment()
-            && let Some(slot_error_max_m) = moment.slot_error_max_m
-        {
-            let (tick, commanded) = (Tick(moment.tick), moment.commanded);
-            let error = FormationError { tick, slot_error_max_m, commanded, reserved: 0 };
-            self.progress.set_formation_error(&error);
+        if let Some(moment) = self.recording.moment() {
+            self.progress.set_formation_error(&FormationError {
+                tick: Tick(moment.tick),
+                slot_error_max_m: moment.slot_error_max_m.unwrap_or_default(),
+                commanded: moment.commanded,
+                measured: u32::from(moment.slot_error_max_m.is_some()),
+            });
         }
         self.progress.update(Some(tick));
     }

@@ -183,6 +183,7 @@ fn is_within(path: &str, rule: &str) -> bool {
 fn source_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = entries
+        .filter(|path| !path.ends_with("tests"))
         .flat_map(|path| if path.is_dir() { source_files(&path) } else { vec![path] })
         .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
         .filter(|path| !path.ends_with("tests.rs") && !path.ends_with("testing.rs"))

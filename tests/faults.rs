@@ -211,6 +211,39 @@ fn delays_are_replayed_from_a_file_in_any_folder() {
 }
 
 #[test]
+fn nobody_alive_is_no_success_and_what_was_not_seen_to_the_end_has_no_recovery_time() {
+    let all = flown(&["at 20 s kill all uavs"], "--duration 40 --set requirements={}");
+    all.assert_ended_with(3);
+    assert_eq!(all.summary["violations"][0], "no UAV flies on command at the end");
+    let last = flown(&["at 30 s kill uav 3"], "--duration 30 --law resilient");
+    for run in [all, last] {
+        assert!(run.summary["recovery_max_s"].is_null(), "{:#}", run.summary);
+        assert!(run.summary["flight"]["recoveries"][0]["recovery_s"].is_null());
+        let reviewed = ringwing().arg("review").arg(run.log_path()).output().unwrap();
+        let table = String::from_utf8(reviewed.stdout).unwrap();
+        let line = table.lines().find(|line| line.contains("settled again after a fault"));
+        assert!(line.is_some_and(|line| line.contains("not seen to the end")), "{table}");
+    }
+}
+
+#[test]
+fn a_fault_that_somebody_heals_before_its_end_is_healed_once_in_the_log() {
+    let run = Swarm::fly("paper-4.1").with("--duration 90").fault("at 1 s link 2->3 hold for 80 s").start();
+    run.wait_for_second(2.0);
+    for sentence in ["link 4->5 loss 5 % for 50 s", "heal all"] {
+        assert_eq!(ask(&run, sentence).0, Some(0), "{sentence}");
+    }
+    let run = run.finish();
+    let lines = run.log().lines();
+    let healed: Vec<&String> = lines.iter().filter(|line| line.starts_with("fault.healed")).collect();
+    assert_eq!(
+        healed,
+        ["fault.healed: link 2->3 hold for 80 s", "fault.healed: link 4->5 loss 5 % for 50 s"],
+        "{lines:#?}"
+    );
+}
+
+#[test]
 fn a_recorder_killed_by_a_fault_is_replaced_and_the_flight_does_not_change() {
     let run = flown(&["at 3 s kill recorder", "at 5 s freeze recorder for 1 s"], "--duration 10");
     assert_eq!(run.text("payload_hash"), flown(&[], "--duration 10").text("payload_hash"));
@@ -221,7 +254,7 @@ fn a_recorder_killed_by_a_fault_is_replaced_and_the_flight_does_not_change() {
 #[test]
 fn verify_and_the_printed_command_repeat_a_flight_with_faults() {
     let run = flown(&["at 1 s kill uav 3", "at 2 s isolate 5 for 1 s"], "--duration 6");
-    let log = run.folder.join("run.mcap");
+    let log = run.log_path();
     let verified = ringwing().arg("verify").arg(&log).output().unwrap();
     assert_eq!(verified.status.code(), Some(0), "{}", String::from_utf8_lossy(&verified.stderr));
     let again = std::process::Command::new("bash")

@@ -96,7 +96,7 @@ fn collision_row(scenario: &Scenario, collision: &Collision) -> Value {
 
 /// The events in the run's log, without the recorder's own, which tell of the log and not of the flight.
 fn logged_events(run: &Finished, scenario: &Scenario) -> Vec<TimedEvent> {
-    let mut reader = Reader::open(&run.folder.join("run.mcap")).expect("the run has a log");
+    let mut reader = Reader::open(&run.folder).expect("the run has a log");
     let of_flight = |timed: &TimedEvent| timed.event.reporter() != Reporter::Recorder;
     reader.ticks(scenario).flat_map(|tick| tick.events).filter(of_flight).collect()
 }

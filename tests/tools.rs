@@ -16,7 +16,7 @@ fn tool(arguments: &[&str]) -> (Option<i32>, String, String) {
 }
 
 fn log_of(run: &Finished) -> PathBuf {
-    run.folder.join("run.mcap")
+    run.log_path()
 }
 
 fn text(path: &Path) -> &str {
@@ -35,6 +35,22 @@ fn review_computes_the_summary_of_the_run_from_its_log() {
         assert_eq!(reviewed[key], run.summary[key], "{key}");
     }
     assert!(!run.folder.join("review").exists());
+}
+
+#[test]
+fn review_and_run_give_the_same_figures() {
+    // With collisions, faults and a violation, so that every kind of figure is there.
+    let run = Swarm::fly("storm").with("--law paper --seed 9").finish();
+    assert!(run.number("collisions") > 0.0, "{:#}", run.summary);
+    let (code, json, _) = tool(&["review", text(&log_of(&run)), "--json"]);
+    let reviewed: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(code, run.status.code());
+    for (key, value) in run.summary.as_object().unwrap() {
+        // A log holds neither the wall-clock times of its run nor the command that started it.
+        if !["start_s", "wall_s", "real_time_factor", "command"].contains(&key.as_str()) {
+            assert_eq!(reviewed[key], *value, "{key}");
+        }
+    }
 }
 
 #[test]
@@ -115,8 +131,17 @@ fn verify_reports_why_a_flight_cannot_be_repeated() {
     let running = Swarm::fly("paper-4.1").with("--duration 60").start();
     running.wait_for_second(1.0);
     running.signal(Part::Leader, Signal::KILL);
-    for (run, reason) in [(real_time, "real-time run"), (running.finish(), "happened by chance: the leader")]
-    {
+    let live = Swarm::fly("paper-4.1").with("--duration 60").start();
+    live.wait_for_second(1.0);
+    let (code, answer, _) = tool(&["fault", &live.domain().id().to_string(), "link 2->3 hold for 1 s"]);
+    assert_eq!(code, Some(0), "{answer}");
+    let gap = Swarm::fly("paper-4.1").with("--duration 10").fault("at 5 s kill recorder").finish();
+    for (run, reason) in [
+        (real_time, "real-time run"),
+        (running.finish(), "happened by chance: the leader"),
+        (live.finish(), "happened by chance: at"),
+        (gap, "which ticks it lacks is chance"),
+    ] {
         let (code, _, stderr) = tool(&["verify", text(&log_of(&run))]);
         assert_eq!(code, Some(1));
         assert!(stderr.contains("is not repeatable") && stderr.contains(reason), "{stderr}");
@@ -149,8 +174,8 @@ fn the_log_of_a_killed_recorder_can_be_reviewed_and_recovered() {
         let out = run.folder.join("recovered.mcap");
         let before = fs::read(log_of(&run)).unwrap();
         let (code, stdout, stderr) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
-        assert_eq!(code, Some(0), "{stderr}");
-        assert!(stdout.contains("and a new index") && stdout.contains("has no result"), "{stdout}");
+        assert_eq!(code, Some(1), "{stderr}");
+        assert!(stdout.contains("and a new index") && stdout.contains("lost: the result"), "{stdout}");
         assert_eq!(fs::read(log_of(&run)).unwrap(), before, "recover changed its input");
         let recovered = messages(&out);
         assert!(second < 1.0 || recovered.len() > 100, "killed at {second} s");

@@ -7,8 +7,11 @@
 //! Must never remove anything of a domain whose launcher lives.
 
 mod remains;
+pub(crate) mod reserve;
 
-use crate::{BusError, Gate};
+pub use reserve::Reserve;
+
+use crate::{BusError, Gate, files::write_whole};
 use iceoryx2::prelude::{Config, FileName, Path as IpcPath, SemanticString};
 use rustix::fs::{FlockOperation, flock};
 use serde::{Serialize, de::DeserializeOwned};
@@ -21,7 +24,7 @@ use std::{
 };
 
 /// The folder of all domains: a tmpfs, because iceoryx2 would wait for a real disk with every service file.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// The prefix of all of ringwing's files there.
 const PREFIX: &str = "ringwing_";
 /// Length of a domain's name. A longer name is harder to type; with a shorter one, more runs collide and have to draw
@@ -182,11 +185,11 @@ impl Domain {
     /// Writes `report` for other processes of the run. They see the whole report, or no report.
     pub fn write_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
         let path = self.root().join(format!("{name}.json"));
-        let draft = path.with_extension("draft");
         let text =
             serde_json::to_vec(report).map_err(|source| BusError::Report { path: path.clone(), source })?;
-        fs::write(&draft, text).map_err(BusError::file(&draft))?;
-        fs::rename(&draft, &path).map_err(BusError::file(path))
+        // A report must not be lost because shared memory is full, and the last ones come when no successor is needed.
+        self.release_part(Reserve::Successors, reserve::bytes_of_file(text.len()));
+        write_whole(&path, text).map_err(BusError::file(path))
     }
 
     /// The report `name`, if a process has written it.

@@ -1,5 +1,6 @@
 //! What can go wrong between a process and the rest of its run.
 
+use crate::Shortage;
 use ringwing_scenario::ScenarioError;
 use std::{fmt::Debug, io, path::PathBuf};
 
@@ -33,6 +34,9 @@ pub enum BusError {
         /// The parser's reason.
         source: serde_json::Error,
     },
+    /// The machine lacks something.
+    #[error(transparent)]
+    Shortage(#[from] Shortage),
     /// iceoryx2 refused.
     #[error("{what}: {reason}")]
     Ipc {

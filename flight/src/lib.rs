@@ -1,8 +1,8 @@
 //! The vocabulary of a flight: what every process and every tool of ringwing agrees on.
 //!
-//! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for.
+//! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for and how fast time passes.
 //! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
-//!   account of a finished flight.
+//!   account of a finished flight, with the [`latency`] of its ticks.
 //! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, and [`ring`] that of the UAVs still
 //!   alive.
 //! - [`draw`] makes all seeded draws.
@@ -16,6 +16,7 @@ pub mod draw;
 pub mod event;
 pub mod formation;
 pub mod id;
+pub mod latency;
 pub mod motion;
 pub mod pace;
 pub mod payload;
@@ -28,8 +29,9 @@ pub use event::{
 };
 pub use formation::Formation;
 pub use id::{Part, Tick, UavId};
+pub use latency::LatencyTally;
 pub use motion::{Pose, direction, wrap};
-pub use pace::Pace;
+pub use pace::{Pace, real_time_factor};
 pub use payload::{
     Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, JournalEntry, JournalHeader,
     LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming,

@@ -126,7 +126,7 @@ impl Measurement {
         let report = (!simulation.is_world_ended()).then(|| simulation.report());
         let is_collision = |timed: &&TimedEvent| matches!(timed.event, Event::Collision { .. });
         let collisions = self.events.iter().filter(is_collision).count();
-        let violations = judge(&simulation.scenario().requirements, &summary, collisions);
+        let violations = judge(simulation.scenario(), &summary, Some(collisions));
         Flown { report, summary, events: self.events, violations }
     }
 }

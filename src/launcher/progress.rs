@@ -3,7 +3,7 @@
 //! Must never stop a run because stderr is closed.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_flight::{FormationError, Level, Tick, TimedEvent};
+use ringwing_flight::{FormationError, Level, Tick, TimedEvent, real_time_factor};
 use ringwing_scenario::Scenario;
 use std::{
     io::{self, Write},
@@ -18,7 +18,8 @@ pub(crate) struct Progress<'a> {
     scenario: &'a Scenario,
     bar: ProgressBar,
     is_quiet: bool,
-    begin: Option<Instant>,
+    /// When the first tick was shown, and its simulated time.
+    begin: Option<(Instant, f64)>,
     last_tick: Tick,
     formation: Option<FormationError>,
     events: u32,
@@ -67,20 +68,20 @@ impl<'a> Progress<'a> {
     pub(crate) fn update(&mut self, tick: Option<Tick>) {
         let Some(tick) = tick else { return };
         self.last_tick = tick.max(Tick(0));
-        let elapsed_s = self.begin.get_or_insert_with(Instant::now).elapsed().as_secs_f64();
         let flown_s = self.last_tick.seconds(self.scenario.time.rate_hz);
-        let factor = if elapsed_s > 0.0 { flown_s / elapsed_s } else { 0.0 };
+        let (begin, begun_s) = *self.begin.get_or_insert_with(|| (Instant::now(), flown_s));
+        let factor = real_time_factor(flown_s - begun_s, begin.elapsed().as_secs_f64());
+        let pace = factor.map_or_else(String::new, |factor| format!(" at {factor:.0}x"));
         let (formation, events) = (self.formation_text(), self.events);
         self.bar.set_position(self.last_tick.0.cast_unsigned());
-        self.bar.set_message(format!("{flown_s:.1} s at {factor:.0}x, {formation}, {events} events"));
+        self.bar.set_message(format!("{flown_s:.1} s{pace}, {formation}, {events} events"));
     }
 
     fn formation_text(&self) -> String {
-        let Some(FormationError { commanded, slot_error_max_m, .. }) = self.formation else {
-            return "formation not measured yet".into();
-        };
-        let uavs = self.scenario.formation.uavs;
-        format!("{commanded} of {uavs} in formation, slot error {slot_error_max_m:.2} m")
+        match &self.formation {
+            None => "formation not measured yet".into(),
+            Some(formation) => formation_text(formation, self.scenario.formation.uavs),
+        }
     }
 
     /// The last tick that was shown.
@@ -91,5 +92,28 @@ impl<'a> Progress<'a> {
     /// Removes the progress line.
     pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();
+    }
+}
+
+/// How far a swarm of `uavs` is from its formation. Flying on command does not mean being in formation.
+fn formation_text(formation: &FormationError, uavs: u32) -> String {
+    let FormationError { commanded, slot_error_max_m, measured, .. } = formation;
+    let error = match measured {
+        0 => "slot error unknown".into(),
+        _ => format!("largest slot error {slot_error_max_m:.2} m"),
+    };
+    format!("{commanded} of {uavs} on command, {error}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_says_who_flies_on_command_and_how_far_they_are_from_their_slots() {
+        let formation = FormationError { tick: Tick(7), slot_error_max_m: 79.004, commanded: 6, measured: 1 };
+        assert_eq!(formation_text(&formation, 6), "6 of 6 on command, largest slot error 79.00 m");
+        let nobody = FormationError { slot_error_max_m: 0.0, commanded: 0, measured: 0, ..formation };
+        assert_eq!(formation_text(&nobody, 6), "0 of 6 on command, slot error unknown");
     }
 }

@@ -9,8 +9,12 @@ mod table;
 
 pub(crate) use flight::LoggedFlight;
 
-use crate::tell;
+use crate::{
+    log_argument::{self, LOG_HELP},
+    tell, warn_of,
+};
 use page::DrawnFigure;
+use ringwing_bus::write_whole;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -20,7 +24,7 @@ use std::{
 /// Which flight to review.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReviewArgs {
-    /// Log of a run, its `run.mcap`
+    #[arg(help = LOG_HELP)]
     log: PathBuf,
     /// Folder for the page, the figures and their data [default: `review` beside the log]
     #[arg(long, value_name = "FOLDER")]
@@ -32,10 +36,11 @@ pub(crate) struct ReviewArgs {
 
 /// Prints the summary and draws the figures; the exit code is that of the flight.
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
-    let flight = LoggedFlight::read(&args.log)?;
+    let flight = LoggedFlight::read(&log_argument::named(&args.log))?;
+    warn_of(&flight.path, &flight.notes);
     let text = if args.json { flight.summary.to_json() } else { flight.summary.to_string() };
     tell(text.trim_end());
-    let beside = || args.log.with_file_name("review");
+    let beside = || flight.path.with_file_name("review");
     let folder = args.out.clone().or_else(|| (!args.json).then(beside));
     if let Some(folder) = folder {
         draw(&flight, &folder)?;
@@ -59,7 +64,7 @@ fn draw(flight: &LoggedFlight, folder: &Path) -> anyhow::Result<()> {
 }
 
 fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    fs::write(path, text).map_err(|error| unwritable(path, &error))
+    write_whole(path, text).map_err(|error| unwritable(path, &error))
 }
 
 fn unwritable(path: &Path, error: &dyn std::fmt::Display) -> anyhow::Error {

@@ -2,15 +2,17 @@
 //!
 //! Never computes a value; each is in the summary already.
 
-use super::{Summary, Verdict};
+use super::{
+    Summary, Verdict,
+    disturbances::{write_chance, write_losses, write_recoveries},
+    line::{NOT_SEEN, line},
+};
 use ringwing_flight::Latency;
-use ringwing_recorder::metrics::{ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary};
+use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary};
 use std::fmt;
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
 const LISTED_UAVS: usize = 12;
-/// Faults listed one by one; the summary only counts the others. More lines push the verdict off a terminal.
-const LISTED_FAULTS: usize = 12;
 /// UAVs named after an obstacle that repelled them; the summary only counts the others. More names make the line too
 /// long for a terminal.
 const LISTED_REPELLED: usize = 6;
@@ -22,21 +24,19 @@ impl fmt::Display for Summary {
         writeln!(f, "{scenario}: {uavs} UAVs, {} law, {rate_hz} Hz, {mode}, seed {seed}\n", self.law.name())?;
         if let Some(flight) = &self.flight {
             write_uavs(f, flight)?;
+            write_commanded(f, flight, *uavs)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
             write_recoveries(f, flight)?;
+            write_losses(f, flight)?;
             write_agreement(f, flight)?;
             write_saturation(f, flight)?;
             write_links(f, flight)?;
+            write_lost_ticks(f, flight)?;
         }
         self.write_world(f)?;
         self.write_verdict(f)
     }
-}
-
-/// Writes one line: a label, its value and a remark.
-fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
-    writeln!(f, "{}", format!("  {label:<34} {value:<14} {remark}").trim_end())
 }
 
 /// A distance with its unit, or a dash if it does not exist.
@@ -59,10 +59,29 @@ fn write_uavs(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result
     writeln!(f)
 }
 
+/// Writes how many UAVs fly on command, unless all do.
+fn write_commanded(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, uavs: u32) -> fmt::Result {
+    if flight.ticks == 0 || flight.commanded == uavs {
+        return Ok(());
+    }
+    line(f, "UAVs on command at the end", &format!("{} of {uavs}", flight.commanded), "")
+}
+
+/// When the formation settled, and a remark.
+fn settling(flight: &FlightSummary) -> (String, String) {
+    match (flight.settling_s, flight.whole_since_s) {
+        (Some(settling_s), _) => (format!("{settling_s:.2} s"), String::new()),
+        (None, Some(since_s)) => {
+            (NOT_SEEN.into(), format!("within 1 m since {since_s:.2} s, which is less than 5 s"))
+        }
+        (None, None) if flight.ticks == 0 => ("-".into(), "no tick was measured".into()),
+        (None, None) => ("never".into(), String::new()),
+    }
+}
+
 fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    let settling =
-        flight.settling_s.map_or_else(|| "never".into(), |settling_s| format!("{settling_s:.2} s"));
-    line(f, "settled within 1 m of every slot", &settling, "")?;
+    let (settling, remark) = settling(flight);
+    line(f, "settled within 1 m of every slot", &settling, &remark)?;
     line(f, "largest slot error at the end", &metres(flight.slot_error_max_m), "")?;
     line(f, "distances to L, largest error", &metres(flight.neighbour_error_max_m), "at the end")?;
     line(f, "distances to R, largest error", &metres(flight.radius_error_max_m), "at the end")?;
@@ -82,18 +101,6 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
     };
     let who = format!("uav {} at {:.2} s; {repelled}", obstacle.uav, obstacle.time_s);
     line(f, &format!("clearance of {}", obstacle.name), &metres(Some(obstacle.clearance_m)), &who)
-}
-
-fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    for FaultRecovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
-        let value = recovery_s.map_or_else(|| "never".into(), |recovery_s| format!("{recovery_s:.2} s"));
-        line(f, "settled again after a fault", &value, &format!("{fault} at {time_s:.2} s"))?;
-    }
-    let more = flight.faults.saturating_sub(LISTED_FAULTS as u64);
-    if more > 0 {
-        line(f, "more faults", &more.to_string(), "")?;
-    }
-    Ok(())
 }
 
 /// Writes when the UAVs last disagreed on who is alive, if they ever did.
@@ -136,6 +143,14 @@ fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Resul
     line(f, &format!("samples on {} links with faults", links.len()), &offered.to_string(), &remark)
 }
 
+/// Writes how many ticks nobody has measured, if there are any.
+fn write_lost_ticks(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    match flight.ticks_lost {
+        0 => Ok(()),
+        lost => line(f, "ticks not measured", &lost.to_string(), &format!("of {}", lost + flight.ticks)),
+    }
+}
+
 impl Summary {
     fn write_world(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         line(f, "collisions", &self.collisions.map_or_else(|| "-".into(), |count| count.to_string()), "")?;
@@ -170,6 +185,9 @@ impl Summary {
         writeln!(f, "\n  verdict  {verdict}")?;
         for reason in self.failures.iter().chain(&self.violations) {
             writeln!(f, "           {reason}")?;
+        }
+        if let Some(flight) = &self.flight {
+            write_chance(f, flight)?;
         }
         if let Some(log) = &self.log {
             let messages = self.log_messages.map_or_else(String::new, |count| format!(" ({count} messages)"));

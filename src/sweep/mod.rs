@@ -166,13 +166,8 @@ fn remove_results(folder: &Path) -> anyhow::Result<()> {
     if !folder.join("sweep.json").exists() {
         return Ok(());
     }
-    let entries = match fs::read_dir(folder) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(source) => {
-            return Err(ResultsError::File { path: folder.to_owned(), what: "read", source }.into());
-        }
-    };
+    let error = |source| ResultsError::File { path: folder.to_owned(), what: "read", source };
+    let entries = fs::read_dir(folder).map_err(error)?;
     for path in entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_result(path.as_path()))
     {
         fs::remove_file(&path).map_err(|source| ResultsError::File { path, what: "removed", source })?;

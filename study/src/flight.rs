@@ -8,6 +8,10 @@ use ringwing_scenario::{RequirementsSection, Scenario};
 use ringwing_simulation::{Flown, SimulationError, fly as simulate};
 use serde_json::{Map, Value};
 
+/// Stands for a requirement where a flight violated what no scenario can allow: it ended with nobody in the formation, or
+/// flew on without waiting for a process.
+pub const ALWAYS: &str = "always";
+
 /// How a flight went.
 #[derive(Debug, Clone)]
 pub struct Outcome {
@@ -26,7 +30,7 @@ pub struct Outcome {
 /// A requirement that a flight violated.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Violation {
-    /// The key in `[requirements]`, such as `separation_min_m`.
+    /// The key in `[requirements]`, such as `separation_min_m`, or [`ALWAYS`].
     pub requirement: String,
     /// What was measured and what was required, as the summary says it. A requirement may have several, for example
     /// one for each obstacle.
@@ -52,7 +56,7 @@ impl Outcome {
     ) -> Self {
         let collided =
             report.as_ref().map_or_else(|| collisions(&events).count(), |report| report.collisions.len());
-        let violations = violations(&scenario.requirements, &summary, collided);
+        let violations = violations(scenario, &summary, collided);
         let verdict = match &report {
             Some(report) if report.complete && violations.is_empty() => Verdict::Passed,
             Some(report) if report.complete => Verdict::Violated,
@@ -71,7 +75,7 @@ impl Outcome {
         collisions(&self.events)
     }
 
-    /// The keys of the violated requirements, in the order of `[requirements]`.
+    /// The keys of the violated requirements, in the order of the alphabet.
     pub fn violated(&self) -> impl Iterator<Item = &str> {
         self.violations.iter().map(|violation| violation.requirement.as_str())
     }
@@ -82,19 +86,30 @@ fn collisions(events: &[TimedEvent]) -> impl Iterator<Item = &TimedEvent> {
 }
 
 /// Judges each requirement alone, because `judge` returns sentences and a study compares keys.
-fn violations(required: &RequirementsSection, summary: &FlightSummary, collisions: usize) -> Vec<Violation> {
+fn violations(scenario: &Scenario, summary: &FlightSummary, collisions: usize) -> Vec<Violation> {
     // Most flights violate nothing, and then one judgement is enough.
-    if judge(required, summary, collisions).is_empty() {
+    if judge(scenario, summary, Some(collisions)).is_empty() {
         return Vec::new();
     }
+    // What every flight has to do, whatever its scenario requires.
+    let nothing = RequirementsSection { unplanned_losses_max: u32::MAX, ..RequirementsSection::default() };
+    let judged = |requirements: RequirementsSection| {
+        judge(&Scenario { requirements, ..scenario.clone() }, summary, Some(collisions))
+    };
+    let always = judged(nothing.clone());
     let alone = |(requirement, value): (String, Value)| {
-        let only = Map::from_iter([(requirement.clone(), value)]);
-        let only: RequirementsSection =
-            serde_json::from_value(only.into()).expect("a key of the section it was taken from");
-        let sentences = judge(&only, summary, collisions);
+        let mut only = keys_of(&nothing);
+        only.insert(requirement.clone(), value);
+        let only = serde_json::from_value(only.into()).expect("a key of the section it was taken from");
+        let sentences: Vec<_> =
+            judged(only).into_iter().filter(|sentence| !always.contains(sentence)).collect();
         (!sentences.is_empty()).then_some(Violation { requirement, sentences })
     };
-    keys_of(required).into_iter().filter_map(alone).collect()
+    let mut violations: Vec<_> = keys_of(&scenario.requirements).into_iter().filter_map(alone).collect();
+    if !always.is_empty() {
+        violations.insert(0, Violation { requirement: ALWAYS.into(), sentences: always });
+    }
+    violations
 }
 
 /// The requirements that `required` has, with their limits.

@@ -59,6 +59,8 @@ pub enum AfterLoss {
         /// Whether the agent was lost before it was ready to fly.
         before_flight: bool,
     },
+    /// It ends the run, which cannot go on without this process.
+    RunEnds,
 }
 
 /// What a process fault does to its target.
@@ -175,6 +177,11 @@ pub enum Event {
     },
     /// The user interrupted the run.
     RunInterrupted,
+    /// The run stood still in real time, all its processes stopped.
+    RunPaused {
+        /// For how long, by the wall clock.
+        seconds: f64,
+    },
     /// The launcher applied a process fault.
     ProcessFault {
         /// The process.
@@ -234,6 +241,7 @@ impl Event {
             Self::RecorderGap { .. } => "recorder.gap",
             Self::ConnectionsFailed { .. } => "ipc.connection",
             Self::RunInterrupted => "run.interrupted",
+            Self::RunPaused { .. } => "run.paused",
             Self::ProcessFault { action, .. } => action.event_name(),
             Self::FaultRefused { .. } => "fault.refused",
             Self::FaultRequested { .. } => "fault.requested",
@@ -266,6 +274,7 @@ impl Event {
             | Self::RecorderSilent
             | Self::RecorderGap { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
             | Self::FaultOverdue => Level::Warning,
@@ -290,6 +299,7 @@ impl Event {
             | Self::StartOverdue { .. }
             | Self::ThawOverdue { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
             | Self::FaultRequested { .. } => Reporter::Launcher,
@@ -315,6 +325,7 @@ impl Event {
             | Self::FaultOverdue
             | Self::ConnectionsFailed { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::FaultRequested { .. } => true,
             // The scenario and its seed decide these, or they leave the flight as it is.
             Self::Collision { .. }
@@ -329,16 +340,44 @@ impl Event {
         }
     }
 
-    /// Whether it may disturb the formation: the time to recover is measured from here.
+    /// Whether chance decided that the log has it: the event [is by chance](Self::is_by_chance), or tells of the recorder.
+    ///
+    /// What happens to the recorder never changes the flight. But which ticks a dying or slow recorder misses depends on
+    /// scheduling, so the log of another flight differs.
+    pub fn makes_log_unrepeatable(&self) -> bool {
+        let is_about_recorder = match self {
+            Self::ProcessLost { part, .. }
+            | Self::ProcessReady { part }
+            | Self::ProcessFrozen { part }
+            | Self::ProcessThawed { part }
+            | Self::StartOverdue { part }
+            | Self::ThawOverdue { part } => *part == Part::Recorder,
+            Self::RecorderSilent | Self::RecorderGap { .. } => true,
+            _ => false,
+        };
+        is_about_recorder || self.is_by_chance()
+    }
+
+    /// Whether a lockstep flight went on without something that it should have waited for. Such a flight promises to
+    /// be the same every time and is not.
+    pub fn breaks_lockstep(&self) -> bool {
+        match self {
+            Self::ProcessSilent { part, .. } => *part != Part::Recorder,
+            Self::ReplacementOverdue | Self::FaultOverdue | Self::ConnectionsFailed { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// Whether it may disturb the formation: the time to recover is measured from here. What happens to the recorder never
+    /// does.
     pub fn is_disturbance(&self) -> bool {
-        matches!(
-            self,
-            Self::ProcessFault { .. }
-                | Self::LinkFault { .. }
-                | Self::SlowFault { .. }
-                | Self::ProcessLost { .. }
-                | Self::ProcessFrozen { .. }
-        )
+        match self {
+            Self::ProcessFault { part, .. }
+            | Self::ProcessLost { part, .. }
+            | Self::ProcessFrozen { part } => *part != Part::Recorder,
+            Self::LinkFault { .. } | Self::SlowFault { .. } => true,
+            _ => false,
+        }
     }
 
     /// The longest text in it, for events that have one. Only texts can be too long for a message.

@@ -55,7 +55,7 @@ payloads! {
     TickTiming: "TickTiming.v1", 72;
     LinkCounts: "LinkCounts.v1", 64;
     Roster: "Roster.v3", 152;
-    FormationError: "FormationError.v2", 24;
+    FormationError: "FormationError.v3", 24;
     EventMessage: "EventMessage.v1", 1024;
     JournalHeader: "JournalHeader.v1", 128;
     JournalEntry: "JournalEntry.v1", 496;

@@ -83,6 +83,22 @@ impl Channels {
                 .collect::<McapResult<_>>()?,
         })
     }
+
+    /// How many messages of each topic that a verdict needs are among these `counts`, which are by channel: metadata that
+    /// shows a reader whether another program has left messages out.
+    pub(super) fn judged_counts(&self, counts: &[u64]) -> BTreeMap<String, String> {
+        let sums = [
+            sum(counts, [self.events]),
+            sum(counts, [self.links]),
+            sum(counts, self.uavs.iter().map(|uav| uav.control)),
+            sum(counts, self.uavs.iter().map(|uav| uav.state)),
+        ];
+        topics::judged_groups()
+            .iter()
+            .map(|group| count_key(group))
+            .zip(sums.map(|sum| sum.to_string()))
+            .collect()
+    }
 }
 
 impl UavChannels {
@@ -92,6 +108,16 @@ impl UavChannels {
             state: channel::<UavState, W>(writer, &UavTopic::State.name(uav.0, uavs))?,
         })
     }
+}
+
+/// The sum of the `counts` of some channels. A channel without messages may have no count.
+fn sum(counts: &[u64], channels: impl IntoIterator<Item = u16>) -> u64 {
+    channels.into_iter().filter_map(|channel| counts.get(usize::from(channel))).sum()
+}
+
+/// The key of the metadata `result` that says how many messages of `group` were written.
+pub(super) fn count_key(group: &str) -> String {
+    format!("messages.{group}")
 }
 
 fn channel<T: Encode, W: Write + Seek>(writer: &mut Writer<W>, topic: &str) -> McapResult<u16> {

@@ -15,7 +15,7 @@ use crate::{
     show::view::Viewer,
 };
 use ringwing_flight::{Event, GapCause, Reporter, Tick, TickTiming, TimedEvent, WorldReport};
-use ringwing_scenario::RequirementsSection;
+use ringwing_scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path, time::Duration};
@@ -39,7 +39,8 @@ pub struct Recording {
     metrics: Metrics,
     gaps: Gaps,
     viewer: Viewer,
-    requirements: RequirementsSection,
+    /// What the flight is judged by.
+    scenario: Scenario,
     timing: bool,
     /// Why the ticks before the first frame are missing, if they are.
     first_cause: GapCause,
@@ -49,6 +50,8 @@ pub struct Recording {
     waiting: Vec<TimedEvent>,
     /// Events that a predecessor has logged already.
     logged: Vec<TimedEvent>,
+    /// The events of the scenario's own faults.
+    scheduled: Vec<TimedEvent>,
 }
 
 impl Recording {
@@ -71,17 +74,26 @@ impl Recording {
             metrics: past.metrics,
             gaps: past.gaps,
             viewer: past.viewer,
-            requirements: opening.scenario.requirements.clone(),
+            scenario: opening.scenario.clone(),
             timing: opening.timing,
             first_cause,
             began: false,
             waiting: Vec::new(),
             logged: past.events,
+            scheduled: opening.scenario.schedule().announcements(),
         };
-        for event in opening.scenario.schedule().announcements() {
-            recording.log_event(event);
-        }
+        recording.schedule_events();
         Ok(recording)
+    }
+
+    /// Announces the events of the scenario's own faults, as far as a live run has not healed them before their time.
+    fn schedule_events(&mut self) {
+        for event in self.scheduled.clone() {
+            self.log_event(event);
+        }
+        for event in self.logged.clone() {
+            self.forget_overtaken_healing(&event);
+        }
     }
 
     /// The first tick that is not recorded yet.
@@ -99,7 +111,32 @@ impl Recording {
         // Skip repetitions: a new recorder may receive events that its predecessor has logged, and every recorder
         // announces the scenario's faults.
         if !self.logged.contains(&event) {
+            self.forget_overtaken_healing(&event);
             self.waiting.push(event);
+        }
+    }
+
+    /// Forgets the scheduled end of a fault that `event` says was healed before it: a fault ends once.
+    fn forget_overtaken_healing(&mut self, event: &TimedEvent) {
+        let Event::FaultHealed { sentence } = &event.event else { return };
+        if self.scheduled.contains(event) {
+            return;
+        }
+        let is_later = |timed: &TimedEvent| timed.tick > event.tick;
+        let is_same = |timed: &TimedEvent| match &timed.event {
+            Event::FaultHealed { sentence: other } | Event::LinkFault { sentence: other } => {
+                other == sentence
+            }
+            _ => false,
+        };
+        let next = (0..self.waiting.len())
+            .filter(|place| is_later(&self.waiting[*place]) && is_same(&self.waiting[*place]))
+            .min_by_key(|place| self.waiting[*place].tick);
+        // If the same fault begins again before that end, the end belongs to the new one.
+        if let Some(place) =
+            next.filter(|place| matches!(self.waiting[*place].event, Event::FaultHealed { .. }))
+        {
+            self.waiting.remove(place);
         }
     }
 
@@ -174,8 +211,7 @@ impl Recording {
     }
 
     fn result(&self, summary: &FlightSummary, world: Option<&WorldReport>) -> BTreeMap<String, String> {
-        let collisions = world.map_or(0, |world| world.collisions.len());
-        let violations = judge(&self.requirements, summary, collisions);
+        let violations = judge(&self.scenario, summary, world.map(|world| world.collisions.len()));
         let verdict = match world {
             Some(world) if world.complete && violations.is_empty() => "passed",
             Some(world) if world.complete => "violated",
@@ -300,7 +336,8 @@ mod tests {
         for timing in [false, true] {
             let opening = Opening { timing, ..testing::opening(&scenario) };
             let recording = Recording::begin(None, &opening, false).unwrap();
-            let result = recording.result(&FlightSummary::default(), Some(&world()));
+            let flown = FlightSummary { ticks: 10, commanded: 3, ..FlightSummary::default() };
+            let result = recording.result(&flown, Some(&world()));
             assert_eq!(
                 (result["verdict"].as_str(), result["world.payload_hash"].as_str()),
                 ("passed", "00ff")
@@ -309,6 +346,22 @@ mod tests {
             assert_eq!(result.contains_key("world.late_max_us"), timing);
             assert!(!result.contains_key("settling_s"));
         }
+    }
+
+    #[test]
+    fn a_fault_that_a_live_run_heals_before_its_end_is_healed_once() {
+        let (_folder, path) = place();
+        let mut scenario = ring_of(3, 40.0);
+        // 0.05 s to 0.2 s, and again from 0.3 s to 0.45 s.
+        scenario.faults = ["at 0.05 s link 1->2 hold for 150 ms", "at 0.3 s link 1->2 hold for 150 ms"]
+            .map(|s| s.parse().unwrap())
+            .into();
+        let mut recording = testing::recording(&path, &scenario);
+        recording.log_event(healed(10, "link 1->2 hold for 150 ms"));
+        testing::observe(&mut recording, &flight(&scenario, 0..60));
+        recording.finish(None).unwrap();
+        let ticks: Vec<u32> = lines(&path).into_iter().map(|(tick, _)| tick).collect();
+        assert_eq!(ticks, [5, 10, 30, 45]);
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub(crate) fn scenario() -> Scenario {
             separation_min_m: Some(10.0),
             settling_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
+            turn_rate_saturated_share_max: Some(0.5),
+            ..RequirementsSection::default()
         },
         start: StartSection {
             uavs: vec![StartState { position_m: [-60.0, 20.0], heading_deg: 0.0, speed_m_s: 15.0 }],

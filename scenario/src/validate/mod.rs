@@ -221,6 +221,11 @@ fn requirements(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     ]
     .into_iter()
     .filter_map(|(key, value)| quantity(key, value?).not_below_zero())
+    .chain(
+        required.turn_rate_saturated_share_max.and_then(|share| {
+            quantity("requirements.turn_rate_saturated_share_max", share).within(0.0..=1.0)
+        }),
+    )
 }
 
 /// A fault after the end of the flight is allowed: it never happens.

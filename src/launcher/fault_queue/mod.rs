@@ -237,7 +237,7 @@ impl<'a, R> FaultQueue<'a, R> {
         let fault = Fault { at_s: begin.seconds(self.scenario.time.rate_hz), action };
         let event = Event::FaultRequested { sentence: fault.to_string() };
         self.faults.push(fault.clone());
-        self.enqueue(&fault, begin);
+        self.enqueue(&fault);
         self.accepted.push(AcceptedRequest { reply: request.reply, fault, refusals: Vec::new() });
         Ok(event)
     }
@@ -272,16 +272,29 @@ impl<'a, R> FaultQueue<'a, R> {
         faults.iter().any(|fault| fault.is_on(now) && (*links == Links::All || *links == fault.links))
     }
 
-    /// Puts the actions and announcements of a new fault, which begins at `begin`, behind those of the same ticks.
-    fn enqueue(&mut self, fault: &Fault, begin: Tick) {
+    /// The announcements that the newest fault, a healing, adds. A healed fault no longer ends later, so the announcement
+    /// of that is taken back.
+    ///
+    /// A healing ends other faults, so what it changes appears only in the schedule of all faults together.
+    fn announce_healing(&mut self) -> Vec<TimedEvent> {
+        let all = self.faults.as_slice();
+        let without = all.split_last().map_or(all, |(_, before)| before);
+        let announcements = |faults| self.scenario.schedule_of(faults).announcements();
+        let (before, after) = (announcements(without), announcements(all));
+        for gone in difference(&before, &after) {
+            if let Some(place) = self.announcements.iter().position(|one| one.event == gone) {
+                self.announcements.remove(place);
+            }
+        }
+        difference(&after, &before)
+    }
+
+    /// Puts the actions and announcements of a new fault behind those of the same ticks.
+    fn enqueue(&mut self, fault: &Fault) {
         let alone = self.scenario.schedule_of(std::slice::from_ref(fault));
         let mut events = alone.announcements();
-        // A healing ends other faults, so its announcements appear only in the schedule of all faults together.
         if let Action::Heal(_) = fault.action {
-            let all = self.scenario.schedule_of(&self.faults).announcements();
-            let is_healed =
-                |one: &TimedEvent| one.tick == begin && matches!(one.event, Event::FaultHealed { .. });
-            events.extend(all.into_iter().filter(is_healed));
+            events.extend(self.announce_healing());
         }
         self.due.extend(alone.scheduled_actions());
         self.due.make_contiguous().sort_by_key(|scheduled| scheduled.tick);
@@ -305,6 +318,19 @@ impl<'a, R> FaultQueue<'a, R> {
         let list = link_lines.chain(process_lines).collect::<Vec<String>>().join("\n");
         if list.is_empty() { "none".into() } else { list }
     }
+}
+
+/// The events of `some` that are not in `others`, of equal ones as many as there are more.
+fn difference(some: &[TimedEvent], others: &[TimedEvent]) -> Vec<TimedEvent> {
+    let mut left = others.to_vec();
+    let is_missing = |event: &&TimedEvent| match left.iter().position(|other| other == *event) {
+        Some(place) => {
+            left.swap_remove(place);
+            false
+        }
+        None => true,
+    };
+    some.iter().filter(is_missing).cloned().collect()
 }
 
 /// The event that logs `scheduled` as applied.

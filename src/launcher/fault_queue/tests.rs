@@ -242,6 +242,27 @@ fn what_makes_no_sense_in_this_run_is_refused_and_changes_nothing() {
     assert!(!queue.is_busy() && queue.added().is_empty() && queue.list(Tick(5)) == "none");
 }
 
+/// The announcements of healings up to the end of time, with their ticks.
+fn healings(queue: &mut FaultQueue<&str>) -> Vec<(i64, bool)> {
+    let announced = queue.take_announcements(Tick(i64::MAX));
+    let healed = announced.iter().filter(|one| matches!(one.event.event, Event::FaultHealed { .. }));
+    healed.map(|one| (one.event.tick.0, one.is_live)).collect()
+}
+
+#[test]
+fn a_fault_that_is_healed_before_its_end_is_healed_once() {
+    let planned = scenario(&["at 1 s link 2->3 hold for 5 s", "at 1 s link all loss 5 %"], Pace::Lockstep);
+    let mut queue = FaultQueue::new(&planned);
+    accept(&mut queue, "link 4->5 blackout for 9 s", Tick(150));
+    accept(&mut queue, "heal all", Tick(200));
+    assert_eq!(healings(&mut queue), [(200, true); 3]);
+    // The end of a fault in the very tick of the healing is the scenario's own.
+    let mut queue = FaultQueue::new(&planned);
+    accept(&mut queue, "heal all", Tick(600));
+    accept(&mut queue, "link 2->3 hold for 1 s", Tick(700));
+    assert_eq!(healings(&mut queue), [(600, false), (600, true), (800, true)]);
+}
+
 #[test]
 fn healing_ends_the_faults_of_its_links_and_announces_that() {
     let scenario = scenario(&["at 1 s link 2->3 loss 30 %", "at 1 s link 4->5 loss 30 %"], Pace::Lockstep);

@@ -9,7 +9,7 @@ use super::{
     World,
     wait::{RECHECK, WaitEnd, wait_until},
 };
-use ringwing_bus::{BusError, TickProbe, journal};
+use ringwing_bus::{BusError, TickProbe};
 use ringwing_flight::{Event, Roster, Tick};
 use ringwing_scenario::Scenario;
 use std::time::Duration;
@@ -40,11 +40,12 @@ pub(super) struct Holds {
 }
 
 impl Holds {
-    pub(super) fn new(scenario: &Scenario) -> Self {
+    /// The limits of `scenario`, with a journal that keeps `journal_depth` ticks.
+    pub(super) fn new(scenario: &Scenario, journal_depth: usize) -> Self {
         Self {
-            answer_timeout: Duration::from_secs_f64(scenario.supervision.answer_timeout_s),
+            answer_timeout: scenario.answer_limit(),
             hold_timeout: scenario.start_limit() * START_LIMITS,
-            recorder_lag_ticks: recorder_lag_ticks(scenario),
+            recorder_lag_ticks: recorder_lag_ticks(scenario, journal_depth),
             gave_up_replacement: false,
             recorder_stuck_at: None,
         }
@@ -69,11 +70,11 @@ impl Holds {
 }
 
 /// How many ticks the recorder may lag behind.
-fn recorder_lag_ticks(scenario: &Scenario) -> i64 {
+fn recorder_lag_ticks(scenario: &Scenario, journal_depth: usize) -> i64 {
     let ticks = (f64::from(scenario.time.rate_hz) * RECORDER_LAG_S).ceil() as i64;
-    // The journal of a large swarm at a high rate keeps fewer ticks than that. Leave it room: the recorder has read
-    // more than it has told so far.
-    ticks.min(journal::depth(scenario.formation.uavs).cast_signed() as i64 / 2)
+    // The journal of a large swarm, or of a machine with little memory, keeps fewer ticks than that. Leave it room: the
+    // recorder has read more than it has told so far.
+    ticks.min(journal_depth.cast_signed() as i64 / 2)
 }
 
 impl<P: TickProbe> World<'_, P> {
@@ -166,7 +167,7 @@ mod tests {
     use super::*;
 
     fn holds() -> Holds {
-        Holds::new(&Scenario::default())
+        Holds::new(&Scenario::default(), 1024)
     }
 
     #[test]
@@ -176,6 +177,15 @@ mod tests {
         roster.set_recorder(true);
         assert!(!holds.is_for_recorder(&roster, Tick(140), Tick(100)));
         assert!(holds.is_for_recorder(&roster, Tick(141), Tick(100)));
+    }
+
+    #[test]
+    fn a_recorder_may_lag_by_half_of_a_short_journal() {
+        let mut roster = Roster::empty();
+        roster.set_recorder(true);
+        let holds = Holds::new(&Scenario::default(), 50);
+        assert!(!holds.is_for_recorder(&roster, Tick(125), Tick(100)));
+        assert!(holds.is_for_recorder(&roster, Tick(126), Tick(100)));
     }
 
     #[test]
