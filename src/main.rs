@@ -17,7 +17,9 @@ mod recover_command;
 mod review;
 mod run;
 mod scenario_command;
+mod simulated;
 mod summary;
+mod sweep;
 mod verify;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -58,6 +60,8 @@ enum Verb {
     Compare(compare::CompareLogsArgs),
     /// Measure how long a tick takes, with shared memory and with other transports
     Bench(Box<ringwing_bench::BenchArgs>),
+    /// Fly a scenario thousands of times, over axes and seeds, and draw robustness maps
+    Sweep(Box<sweep::SweepArgs>),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::RecoverArgs),
     /// List, show or check scenarios
@@ -158,6 +162,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Verify(args) => ("", verify::run(&args)),
         Verb::Compare(args) => ("", compare::run(&args)),
         Verb::Bench(args) => ("", bench::run(&args)),
+        Verb::Sweep(args) => ("", sweep::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
         Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),

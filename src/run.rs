@@ -7,12 +7,14 @@ use crate::{
     launcher::{LaunchError, Outcome, Plan, launch, log_in},
     log_room, output,
     real_time::{Urgency, urgency},
+    simulated,
     summary::Summary,
 };
 use ringwing_bench::PlacementArgs;
 use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Fault, Reading, Setting, Source, start};
+use ringwing_study::shell::quoted;
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -53,6 +55,9 @@ pub(crate) struct RunArgs {
     /// Fly in real time instead of as fast as the machine allows
     #[arg(long)]
     real_time: bool,
+    /// Fly in one process, without shared memory: the same flight to the bit, several times faster
+    #[arg(long, conflicts_with_all = ["real_time", "by_hand", "pin", "priority"])]
+    simulated: bool,
     /// Folder in which the run creates its own folder
     #[arg(long, value_name = "FOLDER", default_value = DEFAULT_OUT)]
     out: PathBuf,
@@ -93,7 +98,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     for note in &notes {
         output::warning(note);
     }
-    let outcome = launch(&plan)?;
+    let outcome = if args.simulated { simulated::fly(&plan)? } else { launch(&plan)? };
     let summary = Summary::new(
         &plan.scenario,
         &outcome,
@@ -124,6 +129,13 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
     check_out(&args.out)?;
+    if args.simulated && scenario.time.real_time {
+        return Err(WrongUsage(
+            "--simulated cannot fly in real time: the scenario sets time.real_time, so add --set time.real_time=false"
+                .into(),
+        )
+        .into());
+    }
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     let urgency = urgency(args.placement.placement(), &scenario)?;
     let Urgency { placement, lock_memory, .. } = urgency;
@@ -216,6 +228,7 @@ fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     }
     for (given, flag) in [
         (args.real_time, "--real-time"),
+        (args.simulated, "--simulated"),
         (args.no_record, "--no-record"),
         (args.no_timing, "--no-timing"),
         (args.json, "--json"),
@@ -226,27 +239,9 @@ fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
 }
 
-/// `word`, quoted if a shell would not take it as one word.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn words_that_a_shell_would_split_are_quoted() {
-        assert_eq!(quoted("seed=7"), "seed=7");
-        assert_eq!(quoted("start.draw={a = 1}"), "'start.draw={a = 1}'");
-        assert_eq!(quoted("it's"), r"'it'\''s'");
-        assert_eq!(quoted(""), "''");
-    }
 
     #[test]
     fn processes_are_named_by_their_node_names() {

@@ -23,10 +23,22 @@ struct Room {
     with_io: &'static [&'static str],
 }
 
-const ROOMS: [Room; 11] = [
+const ROOMS: [Room; 12] = [
     Room {
         folder: "",
-        uses: &["agent", "bench", "bus", "drawing", "flight", "leader", "recorder", "scenario", "world"],
+        uses: &[
+            "agent",
+            "bench",
+            "bus",
+            "drawing",
+            "flight",
+            "leader",
+            "recorder",
+            "scenario",
+            "simulation",
+            "study",
+            "world",
+        ],
         with_io: &[""],
     },
     Room {
@@ -49,6 +61,11 @@ const ROOMS: [Room; 11] = [
             "trace_file.rs",
             "transport",
         ],
+    },
+    Room {
+        folder: "study",
+        uses: &["drawing", "flight", "recorder", "scenario", "simulation"],
+        with_io: &["sweep/check.rs", "sweep/parquet.rs", "sweep/results.rs", "sweep/runner.rs"],
     },
     Room {
         folder: "simulation",

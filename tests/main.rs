@@ -10,6 +10,7 @@
 mod harness;
 
 mod bench;
+mod cluster;
 mod command_line;
 mod dependencies;
 mod determinism;
@@ -22,7 +23,9 @@ mod pauses;
 mod presets;
 mod printing;
 mod real_time;
+mod simulated;
 mod simulation;
 mod sizes;
+mod sweep;
 mod tools;
 mod wiring;

@@ -2,7 +2,10 @@
 
 use crate::harness::{Finished, Swarm};
 use ringwing_flight::{Collider, Collision, Event, Part, ProcessAction, Reporter, TimedEvent};
-use ringwing_recorder::{log::reader::Reader, metrics::FlightSummary};
+use ringwing_recorder::{
+    log::reader::Reader,
+    metrics::{FlightSummary, Verdict},
+};
 use ringwing_scenario::{Scenario, Source, preset};
 use ringwing_simulation::{Flown, fly, random};
 use serde_json::{Value, json};
@@ -159,7 +162,7 @@ fn a_world_that_a_fault_ends_fails_the_run_in_both() {
     run.assert_nothing_left();
     let flown = fly(&scenario).unwrap();
     assert_eq!((run.text("verdict"), run.summary["payload_hash"].is_null()), ("failed", true));
-    assert_eq!((flown.verdict(), flown.report.is_none()), ("failed", true));
+    assert_eq!((flown.verdict(), flown.report.is_none()), (Verdict::Failed, true));
     assert_eq!(flown.events, logged_events(&run, &scenario));
     let last = &flown.events.last().unwrap().event;
     assert!(matches!(last, Event::ProcessFault { part: Part::World, .. }), "{last:?}");

@@ -37,7 +37,7 @@ pub struct DomainId(String);
 
 impl DomainId {
     /// A name drawn from time and process id. It has no influence on the flight.
-    fn fresh() -> Self {
+    pub fn fresh() -> Self {
         const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
         let nanoseconds =
             SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64);

@@ -22,10 +22,16 @@ pub struct PageFigure {
 /// A complete page. `title` is plain text; `body` is HTML.
 #[must_use]
 pub fn page(title: &str, body: &str) -> String {
+    page_with_style(title, "", body)
+}
+
+/// A complete page with more rules of style, which win over those of every page.
+#[must_use]
+pub fn page_with_style(title: &str, style: &str, body: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>ringwing: {title}</title>\n\
-         <style>{STYLE}</style></head>\n<body>{body}</body></html>\n",
+         <style>{STYLE}{style}</style></head>\n<body>{body}</body></html>\n",
         title = escaped(title)
     )
 }

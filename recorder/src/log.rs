@@ -18,7 +18,8 @@ mod sink;
 pub(crate) mod takeover;
 mod write;
 
-pub(crate) use write::{LogWriter, Opening};
+pub(crate) use write::LogWriter;
+pub use write::Opening;
 
 /// The metadata about the run: its name, seed, swarm and mode.
 pub(crate) const RUN: &str = "run";

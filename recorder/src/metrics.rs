@@ -31,7 +31,7 @@ pub use pairs::{Pairs, UavPair};
 pub use recovery::FaultRecovery;
 pub use ring::FlownRing;
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
-pub use verdict::judge;
+pub use verdict::{Verdict, judge};
 
 use agreement::AgreementWatch;
 use chance::ChanceWatch;

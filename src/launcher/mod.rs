@@ -17,6 +17,8 @@ mod progress;
 mod spawner;
 mod supervisor;
 
+pub(crate) use progress::Progress;
+
 use inbox::Inbox;
 use ports::LauncherPorts;
 use ringwing_bench::MeasureArgs;
@@ -171,7 +173,7 @@ fn make_folder(plan: &Plan, domain: &Domain, resolved: &str) -> Result<PathBuf, 
 }
 
 /// Lets `latest`, beside the `folder` of a run, lead to it.
-fn link_latest(folder: &Path) {
+pub(crate) fn link_latest(folder: &Path) {
     let Some(run) = folder.file_name() else { return };
     let (link, draft) = (folder.with_file_name(LATEST), folder.join(LATEST));
     // A file or folder of that name is the user's.

@@ -14,7 +14,7 @@ const DRAWS_PER_S: u8 = 10;
 const BAR_COLUMNS_MIN: usize = 60;
 
 /// The progress line, and the lines above it.
-pub(super) struct Progress<'a> {
+pub(crate) struct Progress<'a> {
     scenario: &'a Scenario,
     bar: ProgressBar,
     is_quiet: bool,
@@ -27,7 +27,7 @@ pub(super) struct Progress<'a> {
 
 impl<'a> Progress<'a> {
     /// The progress of a flight of `scenario`; shows nothing if `is_quiet`.
-    pub(super) fn new(scenario: &'a Scenario, is_quiet: bool) -> Self {
+    pub(crate) fn new(scenario: &'a Scenario, is_quiet: bool) -> Self {
         let target = if is_quiet {
             ProgressDrawTarget::hidden()
         } else {
@@ -42,7 +42,7 @@ impl<'a> Progress<'a> {
     }
 
     /// Prints `line` above the progress line.
-    pub(super) fn print(&self, line: &str) {
+    pub(crate) fn print(&self, line: &str) {
         if !self.is_quiet {
             self.bar.suspend(|| output::note(&format!("ringwing: {line}")));
         }
@@ -63,7 +63,7 @@ impl<'a> Progress<'a> {
     }
 
     /// Prints an event.
-    pub(super) fn print_event(&mut self, TimedEvent { tick, event }: &TimedEvent) {
+    pub(crate) fn print_event(&mut self, TimedEvent { tick, event }: &TimedEvent) {
         self.events += 1;
         let (time_s, text) = (tick.seconds(self.scenario.time.rate_hz), self.scenario.event_text(event));
         let head = head(event, output::is_coloured(&io::stderr()));
@@ -71,12 +71,12 @@ impl<'a> Progress<'a> {
     }
 
     /// Shows this formation error from the next update on.
-    pub(super) fn set_formation_error(&mut self, formation: &FormationError) {
+    pub(crate) fn set_formation_error(&mut self, formation: &FormationError) {
         self.formation = Some(*formation);
     }
 
     /// Shows that the flight has come to `tick`.
-    pub(super) fn update(&mut self, tick: Option<Tick>) {
+    pub(crate) fn update(&mut self, tick: Option<Tick>) {
         let Some(tick) = tick else { return };
         self.last_tick = tick.max(Tick(0));
         let flown_s = self.last_tick.seconds(self.scenario.time.rate_hz);
@@ -96,12 +96,12 @@ impl<'a> Progress<'a> {
     }
 
     /// The last tick that was shown.
-    pub(super) fn last_tick(&self) -> Tick {
+    pub(crate) fn last_tick(&self) -> Tick {
         self.last_tick
     }
 
     /// Removes the progress line.
-    pub(super) fn finish(&self) {
+    pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }

@@ -11,18 +11,19 @@ use crate::{
     launcher::{Plan, launch},
     log_argument::{self, LOG_HELP},
     output::{tell, warn_of},
+    simulated,
 };
 use anyhow::bail;
 use comparison::{Comparison, compare};
 use difference::Difference;
 use requests::{is_refused_request, is_request};
 use ringwing_bus::Placement;
-use ringwing_flight::{TimedEvent, counted};
+use ringwing_flight::{Part, TimedEvent, counted};
 use ringwing_recorder::{
     ADDED_FAULTS,
     log::reader::{Reader, Shortfalls},
 };
-use ringwing_scenario::{Fault, Scenario};
+use ringwing_scenario::{Fault, Scenario, fault::schedule::ScheduledAction};
 use std::{
     collections::BTreeSet,
     io::{Read, Seek},
@@ -35,6 +36,9 @@ use std::{
 pub(crate) struct VerifyArgs {
     #[arg(help = LOG_HELP)]
     log: PathBuf,
+    /// Fly again with a process for each part, as the run did, instead of in one process
+    #[arg(long)]
+    processes: bool,
 }
 
 /// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
@@ -55,13 +59,20 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         placement: Placement::default(),
         lock_memory: false,
     };
-    let outcome = launch(&plan)?;
+    let outcome = if needs_processes(args, &plan.scenario) { launch(&plan)? } else { simulated::fly(&plan)? };
     if let Some(failure) = outcome.failures.first() {
         bail!("the flight cannot be repeated here: {failure}");
     }
     let log = reader.path().to_owned();
     let result = compare(reader.rewind(), Reader::open(&outcome.folder)?, with_requests);
     Ok(report(&log, result))
+}
+
+/// Whether to fly again with processes. A fault of the recorder leaves a gap in the log, which only a recorder's process
+/// can leave again.
+fn needs_processes(args: &VerifyArgs, scenario: &Scenario) -> bool {
+    let is_of_recorder = |action: &ScheduledAction| action.part == Part::Recorder;
+    args.processes || scenario.schedule().scheduled_actions().iter().any(is_of_recorder)
 }
 
 fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
@@ -157,7 +168,7 @@ fn first_about_recorder(events: &[TimedEvent]) -> Option<&TimedEvent> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::{Event, GapCause, Part, ProcessAction, Tick, UavId};
+    use ringwing_flight::{Event, GapCause, ProcessAction, Tick, UavId};
 
     const AGENT: Part = Part::Agent(UavId(3));
 

@@ -44,15 +44,15 @@ const FLUSHES_HZ: u32 = 2;
 
 /// What a log begins with.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Opening<'a> {
+pub struct Opening<'a> {
     /// The scenario.
-    pub(crate) scenario: &'a Scenario,
+    pub scenario: &'a Scenario,
     /// The text that the scenario was read from.
-    pub(crate) text: &'a str,
+    pub text: &'a str,
     /// Whether the log gets wall-clock times.
-    pub(crate) timing: bool,
+    pub timing: bool,
     /// When the run was started, in UTC, if the log is to say that.
-    pub(crate) started_at: Option<&'a str>,
+    pub started_at: Option<&'a str>,
 }
 
 /// A log under construction.

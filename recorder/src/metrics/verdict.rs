@@ -5,6 +5,30 @@
 
 use super::{ChanceEvent, FlightSummary, UnplannedLoss, fault_effects};
 use ringwing_scenario::{RequirementsSection, Scenario};
+use serde::{Deserialize, Serialize};
+
+/// The verdict on a flight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// It flew to its end and met its requirements.
+    Passed,
+    /// It flew to its end, but violated a requirement.
+    Violated,
+    /// It did not fly to its end.
+    Failed,
+}
+
+impl Verdict {
+    /// Its name in results.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Violated => "violated",
+            Self::Failed => "failed",
+        }
+    }
+}
 
 /// Losses named in a violation; the others are only counted. More make the sentence too long to read.
 const NAMED_LOSSES: usize = 3;

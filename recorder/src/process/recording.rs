@@ -37,7 +37,7 @@ pub struct RecorderReport {
 }
 
 /// A recording in progress.
-pub(crate) struct Recording {
+pub struct Recording {
     log: Option<LogWriter>,
     metrics: Metrics,
     gaps: Gaps,
@@ -63,7 +63,7 @@ impl Recording {
     /// Starts the log at `path`, or continues the log of a recorder that died. Without a path, the flight is only measured.
     ///
     /// While the flight has not `begun`, a log with messages belongs to another flight and is refused.
-    pub(crate) fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
+    pub fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
         let mut past = Past::new(opening.scenario);
         let log = match path {
             Some(path) if takeover::is_needed(path) => {
@@ -108,12 +108,12 @@ impl Recording {
     }
 
     /// The swarm in the last frame, if there was one.
-    pub(crate) fn moment(&self) -> Option<&Moment> {
+    pub fn moment(&self) -> Option<&Moment> {
         self.began.then(|| self.metrics.moment())
     }
 
     /// Takes an event; the log gets it with the frame of its tick, or with the next one if that has passed.
-    pub(crate) fn log_event(&mut self, event: TimedEvent) {
+    pub fn log_event(&mut self, event: TimedEvent) {
         // Skip repetitions: a new recorder may receive events that its predecessor has logged, and every recorder
         // announces the scenario's faults.
         if !self.logged.contains(&event) {
@@ -153,11 +153,7 @@ impl Recording {
     }
 
     /// Takes the next frame.
-    pub(crate) fn observe(
-        &mut self,
-        frame: &Frame,
-        timing: Option<&TickTiming>,
-    ) -> Result<(), RecorderError> {
+    pub fn observe(&mut self, frame: &Frame, timing: Option<&TickTiming>) -> Result<(), RecorderError> {
         let cause = if self.began { GapCause::FellBehind } else { self.first_cause };
         if let Some(gap) = self.gaps.pass(frame.tick) {
             self.log_gap(frame.tick, gap, cause);
@@ -196,7 +192,7 @@ impl Recording {
     }
 
     /// The report on the flight so far.
-    pub(crate) fn report(&self) -> RecorderReport {
+    pub fn report(&self) -> RecorderReport {
         RecorderReport {
             summary: self.metrics.summary(),
             gaps: self.gaps.closed().to_vec(),
@@ -206,7 +202,7 @@ impl Recording {
     }
 
     /// Ends the log with the verdict, the metrics and the report of the `world`; without a report the verdict is `failed`.
-    pub(crate) fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
+    pub fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
         let last_tick = (self.gaps.expected() - 1).max(0);
         let mut events = self.take_events(i64::MAX);
         // The schedule announces faults up to any tick. Those of ticks that the flight never reached did not happen.
