@@ -3,8 +3,8 @@
 //! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for.
 //! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
 //!   account of a finished flight.
-//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, and [`ring`] that of the UAVs still
-//!   alive.
+//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`ring_order`] says which UAV
+//!   has which slot, and [`ring`] is the geometry of the UAVs still alive.
 //! - [`draw`] makes all seeded draws.
 //!
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
@@ -22,6 +22,7 @@ pub mod payload;
 pub mod process_state;
 pub mod report;
 pub mod ring;
+pub mod ring_order;
 
 pub use event::{
     AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, Reporter, TimedEvent,
@@ -38,3 +39,4 @@ pub use payload::{
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
 pub use ring::{LivingRing, OnLoss, Slot};
+pub use ring_order::RingOrder;

@@ -272,6 +272,11 @@ impl Frame {
         self.uavs.get(number as usize - 1)?.commanded()
     }
 
+    /// All UAVs in the order of their slots.
+    pub(crate) fn round_the_ring(&self) -> impl Iterator<Item = &UavFrame> + Clone {
+        self.ring.in_order().map(|number| &self.uavs[UavId(number).index()])
+    }
+
     /// The states of all UAVs that fly on command.
     pub(super) fn all_commanded(&self) -> impl Iterator<Item = &TrueState> {
         self.uavs.iter().filter_map(UavFrame::commanded)
