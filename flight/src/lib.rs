@@ -32,9 +32,9 @@ pub use id::{Part, Tick, UavId};
 pub use motion::{Pose, direction, wrap};
 pub use pace::Pace;
 pub use payload::{
-    Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, JournalEntry, JournalHeader,
-    LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming,
-    UavState,
+    Account, AgeTicks, Avoided, Command, EventMessage, FlightMode, FormationError, JournalEntry,
+    JournalHeader, LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedAircraft,
+    SensedObstacle, TickTiming, Traffic, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};

@@ -171,8 +171,7 @@ impl LivingRing {
     fn least_turned_rad(&self) -> f64 {
         // A plain mean is right here. Bearings are not wrapped, so there is no jump at pi that would need a circular
         // mean.
-        let first =
-            |(place, slot): (usize, &u32)| self.formation.bearing_rad(*slot) + self.step_rad(place);
+        let first = |(place, slot): (usize, &u32)| self.formation.bearing_rad(*slot) + self.step_rad(place);
         self.living.iter().enumerate().map(first).sum::<f64>() / self.living.len() as f64
     }
 }
@@ -184,7 +183,8 @@ mod tests {
     use std::f64::consts::PI;
 
     fn ring(uavs: u32, on_loss: OnLoss, lost: &[u32]) -> LivingRing {
-        let mut ring = LivingRing::whole(Formation::new(uavs, 40.0, PI), RingOrder::by_number(uavs), Some(on_loss));
+        let mut ring =
+            LivingRing::whole(Formation::new(uavs, 40.0, PI), RingOrder::by_number(uavs), Some(on_loss));
         ring.reform(|number| !lost.contains(&number));
         ring
     }

@@ -20,7 +20,7 @@ mod summary;
 mod verdict;
 
 pub use coherence::Coherence;
-pub use frame::{AirframeSample, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
+pub use frame::{AirframeSample, AvoidedThing, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
 pub use links::LinkTotals;
 pub use pairs::{Pairs, UavPair};
 pub use recovery::FaultRecovery;

@@ -23,8 +23,8 @@ pub use fault::{Action, Fault, schedule::FaultSchedule};
 pub use model::{
     AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
     GeoreferenceSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection, ObstacleSection,
-    RequirementsSection, Scenario, SensingSection, StartSection, StartState, SupervisionSection, TimeSection,
-    Wake,
+    RequirementsSection, SafetySection, Scenario, SensingSection, StartSection, StartState,
+    SupervisionSection, TimeSection, Wake,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, ScenarioError, Setting, Source};

@@ -10,4 +10,5 @@ mod pinned;
 mod random;
 mod resilience;
 mod rules;
+mod safety;
 mod theory;

@@ -133,13 +133,14 @@ impl ActiveFault {
             LinkImpairment::Stuck => {}
             LinkImpairment::Bias { x_m, y_m, heading_rad } => {
                 let error = PoseError { x_m: *x_m, y_m: *y_m, heading_rad: *heading_rad };
-                fate.sample = fate.sample.displaced(error);
+                fate.sample = fate.sample.displaced(|| error);
             }
             LinkImpairment::Noise { position_m, heading_rad } => {
                 let mut noise = draws.stream(Purpose::Noise, rank);
-                let (x_m, y_m) = (position_m * noise.normal(), position_m * noise.normal());
-                let error = PoseError { x_m, y_m, heading_rad: heading_rad * noise.normal() };
-                fate.sample = fate.sample.displaced(error);
+                fate.sample = fate.sample.displaced(|| {
+                    let (x_m, y_m) = (position_m * noise.normal(), position_m * noise.normal());
+                    PoseError { x_m, y_m, heading_rad: heading_rad * noise.normal() }
+                });
             }
         }
     }

@@ -12,8 +12,10 @@ mod process;
 mod start;
 
 pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
-pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection};
-pub use mission::{Assignment, FormationSection, LeaderSection, ObstacleSection, RequirementsSection, TimeSection};
+pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection, SafetySection};
+pub use mission::{
+    Assignment, FormationSection, LeaderSection, ObstacleSection, RequirementsSection, TimeSection,
+};
 pub use process::{IpcSection, SupervisionSection, Wake};
 pub use start::{DrawSection, StartSection, StartState};
 
@@ -45,6 +47,8 @@ pub struct Scenario {
     pub control: ControlSection,
     /// What the swarm does when it loses a UAV.
     pub membership: MembershipSection,
+    /// How the collision filter keeps UAVs clear of each other and of obstacles.
+    pub safety: SafetySection,
     /// The virtual leader.
     pub leader: LeaderSection,
     /// What each airframe can do.
@@ -142,6 +146,7 @@ impl Default for Scenario {
             formation: FormationSection::default(),
             control: ControlSection::default(),
             membership: MembershipSection::default(),
+            safety: SafetySection::default(),
             leader: LeaderSection::default(),
             airframe: AirframeSection::default(),
             georeference: GeoreferenceSection::default(),

@@ -99,14 +99,24 @@ fn the_law_sets_the_switches_that_the_scenario_leaves_out() {
     let control = |text: &str, settings: &[&str]| read(text, settings).unwrap().control;
     let on = |control: &ControlSection| {
         let full = control.dead_reckoning == DeadReckoning::Full;
-        [full, control.trust_fades, control.gain_fades, control.force_limited, control.ring_closes]
+        [
+            full,
+            control.trust_fades,
+            control.gain_fades,
+            control.force_limited,
+            control.ring_closes,
+            control.collision_filter,
+        ]
     };
-    assert_eq!(on(&control("", &[])), [false; 5]);
-    assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 5]);
+    assert_eq!(on(&control("", &[])), [false; 6]);
+    assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 6]);
     let three = control("control.law = 'resilient'\ncontrol.gain_fades = false", &[]);
-    assert_eq!((on(&three), three.law), ([true, true, false, true, true], Law::Resilient));
-    assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false]);
-    assert_eq!(on(&control("", &["law=resilient", "ring_closes=false"])), [true, true, true, true, false]);
+    assert_eq!((on(&three), three.law), ([true, true, false, true, true, true], Law::Resilient));
+    assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false, false]);
+    assert_eq!(
+        on(&control("", &["law=resilient", "ring_closes=false"])),
+        [true, true, true, true, false, true]
+    );
 }
 
 #[test]

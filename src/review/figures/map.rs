@@ -66,7 +66,14 @@ fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Curve {
 fn ring(flight: &LoggedFlight, share: f64) -> Vec<Option<(f64, f64)>> {
     let tick = (share * flight.times_s.len().saturating_sub(1) as f64) as usize;
     let place = |uav: &UavColumns| Some(((*uav.x_m.get(tick)?)?, (*uav.y_m.get(tick)?)?));
-    let mut ring: Vec<_> = flight.scenario.ring_order().uavs().iter().filter_map(|uav| place(&flight.uavs[uav.index()])).map(Some).collect();
+    let mut ring: Vec<_> = flight
+        .scenario
+        .ring_order()
+        .uavs()
+        .iter()
+        .filter_map(|uav| place(&flight.uavs[uav.index()]))
+        .map(Some)
+        .collect();
     ring.extend(ring.first().copied());
     ring
 }
