@@ -4,8 +4,8 @@
 
 use crate::{
     FAILED, WrongUsage,
-    launcher::{LOG, Plan, launch},
-    tell,
+    launcher::{Plan, launch, log_in},
+    output::tell,
 };
 use anyhow::{Context, bail};
 use ringwing_bench::{
@@ -27,6 +27,9 @@ pub(crate) struct MeasuredWorldArgs {
 pub(crate) fn run(args: &BenchArgs) -> anyhow::Result<ExitCode> {
     let report = ringwing_bench::run(args).map_err(usage_or_failure)?;
     tell(report.text.trim_end());
+    if let Some(error) = report.unwritten {
+        return Err(error.into());
+    }
     Ok(if report.is_complete { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 
@@ -82,7 +85,7 @@ fn fly(args: &CaseArgs) -> anyhow::Result<()> {
         lock_memory: false,
     };
     let outcome = launch(&plan)?;
-    let log = outcome.folder.join(LOG);
+    let log = log_in(&outcome.folder);
     if log.exists() {
         // Move the log to where the benchmark looks for it: the benchmark does not know the run's folder.
         fs::rename(&log, folder.join(FLIGHT_LOG)).context("the log cannot be moved")?;

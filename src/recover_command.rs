@@ -2,8 +2,11 @@
 //!
 //! Never changes the damaged log, and never overwrites a file.
 
-use crate::tell;
-use ringwing_recorder::log::recover::{RecoveredLog, recover};
+use crate::{FAILED, WrongUsage, log_argument, output::tell};
+use ringwing_recorder::log::{
+    reader::{STANDARD_INPUT, locate},
+    recover::{RecoveredLog, recover},
+};
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -15,28 +18,34 @@ const NANOSECONDS: f64 = 1e9;
 /// Which log to rebuild, and where.
 #[derive(Debug, clap::Args)]
 pub(crate) struct RecoverArgs {
-    /// Log that was cut or damaged; it is not changed
+    /// Log that was cut or damaged: a run's folder, the .mcap file in it, `latest`, or `-`; it is not changed
     log: PathBuf,
     /// File to create [default: the log's name with `-recovered`, in the same folder]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// Rebuilds the log and prints what was kept and what was lost.
+/// Rebuilds the log and prints what was kept and what was lost; the exit code is 1 if anything was lost.
 pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<ExitCode> {
-    let out = args.out.clone().unwrap_or_else(|| default_output(&args.log));
-    let recovered = recover(&args.log, &out)?;
+    let log = locate(&log_argument::named(&args.log))?;
+    let out = args.out.clone().map_or_else(|| default_output(&log), Ok)?;
+    let recovered = recover(&log, &out)?;
     tell(&format!("{}: {}", out.display(), kept(&recovered)));
     for loss in losses(&recovered) {
         tell(&format!("  lost: {loss}"));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if recovered.is_whole() { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 
-/// `run-recovered.mcap` for `run.mcap`.
-fn default_output(log: &Path) -> PathBuf {
-    let name = log.file_stem().unwrap_or_default().to_string_lossy();
-    log.with_file_name(format!("{name}-recovered.mcap"))
+/// `ring-recovered.mcap` for `ring.mcap` and `ring.mcap.zst`.
+fn default_output(log: &Path) -> Result<PathBuf, WrongUsage> {
+    if log == Path::new(STANDARD_INPUT) {
+        return Err(WrongUsage("recover -: name the file to create with --out".into()));
+    }
+    let name = log.file_name().unwrap_or_default().to_string_lossy();
+    let name = name.strip_suffix(".zst").unwrap_or(&name);
+    let name = name.strip_suffix(".mcap").unwrap_or(name);
+    Ok(log.with_file_name(format!("{name}-recovered.mcap")))
 }
 
 /// What was kept, in one sentence.
@@ -71,10 +80,27 @@ fn losses(recovered: &RecoveredLog) -> Vec<String> {
         losses.push("the attachment `scenario.toml`, without which the flight cannot be measured".into());
     }
     if !recovered.has_result() {
-        losses.push("everything after this: the log has no result, so its recorder did not finish".into());
+        losses.push(
+            "the result and whatever came before it: the log's recorder did not finish, or its end is lost"
+                .into(),
+        );
     }
     if losses.is_empty() {
         losses.push("nothing".into());
     }
     losses
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recovered_log_lies_beside_the_damaged_one() {
+        for name in ["paper-4.2-hr85rx.mcap", "paper-4.2-hr85rx.mcap.zst", "paper-4.2-hr85rx"] {
+            let expected = Path::new("runs/paper-4.2-hr85rx-recovered.mcap");
+            assert_eq!(default_output(&Path::new("runs").join(name)).unwrap(), expected);
+        }
+        assert!(default_output(Path::new("-")).unwrap_err().to_string().contains("--out"));
+    }
 }

@@ -23,10 +23,22 @@ struct Room {
     with_io: &'static [&'static str],
 }
 
-const ROOMS: [Room; 11] = [
+const ROOMS: [Room; 12] = [
     Room {
         folder: "",
-        uses: &["agent", "bench", "bus", "drawing", "flight", "leader", "recorder", "scenario", "world"],
+        uses: &[
+            "agent",
+            "bench",
+            "bus",
+            "drawing",
+            "flight",
+            "leader",
+            "recorder",
+            "scenario",
+            "simulation",
+            "study",
+            "world",
+        ],
         with_io: &[""],
     },
     Room {
@@ -49,6 +61,11 @@ const ROOMS: [Room; 11] = [
             "trace_file.rs",
             "transport",
         ],
+    },
+    Room {
+        folder: "study",
+        uses: &["drawing", "flight", "recorder", "scenario", "simulation"],
+        with_io: &["sweep/check.rs", "sweep/parquet.rs", "sweep/results.rs", "sweep/runner.rs"],
     },
     Room {
         folder: "simulation",
@@ -166,6 +183,7 @@ fn is_within(path: &str, rule: &str) -> bool {
 fn source_files(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = entries
+        .filter(|path| !path.ends_with("tests"))
         .flat_map(|path| if path.is_dir() { source_files(&path) } else { vec![path] })
         .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
         .filter(|path| !path.ends_with("tests.rs") && !path.ends_with("testing.rs"))

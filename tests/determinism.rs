@@ -99,7 +99,7 @@ fn the_processes_fly_what_one_process_computes() {
 fn without_timing_the_same_flight_gives_the_same_file() {
     let [one, other] = [(), ()].map(|()| {
         let run = Swarm::fly("paper-4.1").with("--duration 15 --no-timing").finish();
-        std::fs::read(run.folder.join("run.mcap")).unwrap()
+        std::fs::read(run.log_path()).unwrap()
     });
     assert!(one == other, "the files differ");
 }

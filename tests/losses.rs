@@ -1,4 +1,4 @@
-//! Unplanned losses: processes that die or stall although no fault asked for it.
+//! Unplanned losses: processes that die or stall although no fault asked for it. Each counts for the verdict.
 
 use crate::harness::{Finished, Running, Swarm, processes_of, send, wait_until};
 use ringwing_flight::{Part, UavId};
@@ -36,7 +36,7 @@ fn the_airframe_of_a_killed_agent_goes_into_its_failsafe() {
         run.signal(AGENT, Signal::KILL);
         let run = run.finish();
         assert_flown(&run);
-        assert!(run.stderr.contains("error: uav 3 was killed by signal 9"), "{}", run.stderr);
+        assert!(run.stderr.contains("error: process: uav 3 was killed by signal 9"), "{}", run.stderr);
         assert_logged(&run, "process.lost: uav 3 was killed by signal 9");
         assert_logged(&run, "failsafe: uav 3");
         assert_eq!(modes_of(&run.log().states(3)), ["commanded", "loiter"]);
@@ -48,6 +48,34 @@ fn the_airframe_of_a_killed_agent_goes_into_its_failsafe() {
             "{recoveries}"
         );
         assert_eq!(run.summary["faults"], 1);
+        run.assert_ended_with(3);
+        let loss = &run.summary["flight"]["unplanned_loss_list"][0];
+        assert_eq!((&loss["process"], &loss["signal"]), (&"uav 3".into(), &9.into()), "{loss}");
+        let violations = run.summary["violations"].to_string();
+        assert!(violations.contains("uav 3 killed by signal 9 (SIGKILL) at "), "{violations}");
+        assert_eq!(
+            (&run.summary["unplanned_losses"], &run.summary["repeatable"]),
+            (&1.into(), &false.into())
+        );
+    }
+}
+
+#[test]
+fn losses_count_for_the_verdict_unless_as_many_are_allowed() {
+    let losses =
+        [(Part::Agent(UavId(2)), Signal::ABORT), (AGENT, Signal::KILL), (Part::Recorder, Signal::KILL)];
+    for (allowed, code) in [(2, 3), (3, 0)] {
+        let run = Swarm::fly("dropout")
+            .with("--duration 90 --set faults=[] --set separation_min_m=0")
+            .with(&format!("--set unplanned_losses_max={allowed}"))
+            .start();
+        for (second, (part, signal)) in [20.0, 30.0, 40.0].into_iter().zip(losses) {
+            run.wait_for_second(second);
+            run.signal(part, signal);
+        }
+        let run = run.finish();
+        run.assert_ended_with(code);
+        assert_eq!(run.number("unplanned_losses"), 3.0);
     }
 }
 
@@ -149,7 +177,8 @@ fn a_killed_leader_is_replaced_in_real_time() {
 
 #[test]
 fn a_leader_that_stays_frozen_is_replaced() {
-    let run = Swarm::fly("paper-4.1").with("--duration 60 --set answer_timeout_s=0.2").start();
+    let arguments = "--duration 60 --set answer_timeout_s=0.2 --set unplanned_losses_max=1";
+    let run = Swarm::fly("paper-4.1").with(arguments).start();
     run.wait_for_second(5.0);
     run.signal(Part::Leader, Signal::STOP);
     let run = run.finish();
@@ -202,7 +231,7 @@ fn the_flight_begins_only_when_all_living_processes_are_ready() {
 #[test]
 fn six_leaders_killed_in_a_row_are_replaced_and_the_flight_does_not_change() {
     let undisturbed = Swarm::fly("paper-4.2").with("--duration 200").finish();
-    let run = Swarm::fly("paper-4.2").with("--duration 200").start();
+    let run = Swarm::fly("paper-4.2").with("--duration 200 --set unplanned_losses_max=6").start();
     run.wait_for_second(5.0);
     for _ in 0..6 {
         let leader = run.signal(Part::Leader, Signal::KILL);

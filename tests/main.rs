@@ -1,6 +1,7 @@
 //! End-to-end tests: real processes, signals, shared memory and files. Each module tests one behaviour.
 
 #![expect(clippy::unwrap_used, reason = "a missing value fails the test")]
+#![expect(clippy::print_stderr, reason = "the output of a test is for its reader")]
 #![expect(
     unreachable_pub,
     reason = "the harness is written like a library, although it is part of one binary"
@@ -9,15 +10,22 @@
 mod harness;
 
 mod bench;
+mod cluster;
 mod command_line;
 mod dependencies;
 mod determinism;
 mod endings;
 mod faults;
+mod logs;
 mod losses;
+mod machines;
+mod pauses;
 mod presets;
+mod printing;
 mod real_time;
+mod simulated;
 mod simulation;
 mod sizes;
+mod sweep;
 mod tools;
 mod wiring;

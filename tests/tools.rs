@@ -16,7 +16,7 @@ fn tool(arguments: &[&str]) -> (Option<i32>, String, String) {
 }
 
 fn log_of(run: &Finished) -> PathBuf {
-    run.folder.join("run.mcap")
+    run.log_path()
 }
 
 fn text(path: &Path) -> &str {
@@ -38,27 +38,61 @@ fn review_computes_the_summary_of_the_run_from_its_log() {
 }
 
 #[test]
+fn review_and_run_give_the_same_figures() {
+    // With collisions, faults and a violation, so that every kind of figure is there.
+    let run = Swarm::fly("storm").with("--law paper --seed 9").finish();
+    assert!(run.number("collisions") > 0.0, "{:#}", run.summary);
+    let (code, json, _) = tool(&["review", text(&log_of(&run)), "--json"]);
+    let reviewed: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(code, run.status.code());
+    for (key, value) in run.summary.as_object().unwrap() {
+        // A log holds neither the wall-clock times of its run nor the command that started it.
+        if !["start_s", "wall_s", "real_time_factor", "command"].contains(&key.as_str()) {
+            assert_eq!(reviewed[key], *value, "{key}");
+        }
+    }
+}
+
+#[test]
 fn review_draws_a_self_contained_page() {
     let run = Swarm::fly("paper-4.2").finish();
     let (code, table, stderr) = tool(&["review", text(&log_of(&run))]);
     assert_eq!(code, Some(0), "{stderr}");
     assert!(table.contains("clearance of Obstacle 1") && table.contains("verdict  passed"), "{table}");
     let page = fs::read_to_string(run.folder.join("review/index.html")).unwrap();
-    for foreign in ["src=", "<script", "<link", "@import", "url("] {
-        assert!(!page.contains(foreign), "{foreign}");
+    let (own, library) = page.split_at(page.find("<script type=\"text/javascript\">").unwrap());
+    for foreign in ["src=", "<link", "@import", "url(", "http:", "https:"] {
+        assert!(!own.contains(foreign), "{foreign}");
     }
-    assert!(page.len() < 4_000_000, "{} bytes", page.len());
+    assert!(library.contains("plotly.js v"), "the page holds what draws it");
+    assert!(page.len() < 7_000_000, "{} bytes", page.len());
     for figure in
         ["trajectories", "leader-distances", "speeds", "obstacle-2-repulsion", "lyapunov", "latency"]
     {
         let svg = fs::read_to_string(run.folder.join(format!("review/{figure}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains("<polyline"), "{figure}");
-        assert!(page.contains(&format!("id=\"{figure}\"")));
+        assert!(page.contains(&format!("id=\"plot-{figure}\"")));
+        assert!(page.contains(&format!("\"{figure}\":{{\"figure\"")));
     }
     assert!(!run.folder.join("review/events.svg").exists(), "a flight without events has no timeline");
     let csv = fs::read_to_string(run.folder.join("review/speeds.csv")).unwrap();
     assert!(csv.starts_with("time_s,uav 1,uav 2"));
     assert_eq!(csv.lines().count(), 9002, "a table has a header and a row per tick");
+}
+
+#[test]
+fn two_flights_are_drawn_over_each_other() {
+    let [a, b] = ["paper", "resilient"]
+        .map(|law| Swarm::fly("paper-4.1").with(&format!("--duration 20 --law {law}")).finish());
+    let out = a.folder.join("both");
+    let (_, table, stderr) = tool(&["review", text(&log_of(&a)), text(&log_of(&b)), "--out", text(&out)]);
+    assert_eq!(table.matches("verdict  ").count(), 2, "{table}{stderr}");
+    let page = fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(page.contains("<h1>A: paper-4.1</h1>") && page.contains("<h1>B: paper-4.1</h1>"));
+    assert!(page.contains("\"name\":\"A: uav 1\"") && page.contains("\"name\":\"B: uav 1\""));
+    for data in ["speeds.csv", "speeds.b.csv", "speeds.svg"] {
+        assert!(out.join(data).exists(), "{data}");
+    }
 }
 
 #[test]
@@ -115,8 +149,17 @@ fn verify_reports_why_a_flight_cannot_be_repeated() {
     let running = Swarm::fly("paper-4.1").with("--duration 60").start();
     running.wait_for_second(1.0);
     running.signal(Part::Leader, Signal::KILL);
-    for (run, reason) in [(real_time, "real-time run"), (running.finish(), "happened by chance: the leader")]
-    {
+    let live = Swarm::fly("paper-4.1").with("--duration 60").start();
+    live.wait_for_second(1.0);
+    let (code, answer, _) = tool(&["fault", &live.domain().id().to_string(), "link 2->3 hold for 1 s"]);
+    assert_eq!(code, Some(0), "{answer}");
+    let gap = Swarm::fly("paper-4.1").with("--duration 10").fault("at 5 s kill recorder").finish();
+    for (run, reason) in [
+        (real_time, "real-time run"),
+        (running.finish(), "happened by chance: the leader"),
+        (live.finish(), "happened by chance: at"),
+        (gap, "which ticks it lacks is chance"),
+    ] {
         let (code, _, stderr) = tool(&["verify", text(&log_of(&run))]);
         assert_eq!(code, Some(1));
         assert!(stderr.contains("is not repeatable") && stderr.contains(reason), "{stderr}");
@@ -149,8 +192,8 @@ fn the_log_of_a_killed_recorder_can_be_reviewed_and_recovered() {
         let out = run.folder.join("recovered.mcap");
         let before = fs::read(log_of(&run)).unwrap();
         let (code, stdout, stderr) = tool(&["recover", text(&log_of(&run)), "--out", text(&out)]);
-        assert_eq!(code, Some(0), "{stderr}");
-        assert!(stdout.contains("and a new index") && stdout.contains("has no result"), "{stdout}");
+        assert_eq!(code, Some(1), "{stderr}");
+        assert!(stdout.contains("and a new index") && stdout.contains("lost: the result"), "{stdout}");
         assert_eq!(fs::read(log_of(&run)).unwrap(), before, "recover changed its input");
         let recovered = messages(&out);
         assert!(second < 1.0 || recovered.len() > 100, "killed at {second} s");

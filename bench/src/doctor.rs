@@ -7,10 +7,12 @@ use crate::{
     machine::UNREADABLE,
     result::Machine,
 };
+use ringwing_bus::{Capacity, Demand, MemorySpace};
+use ringwing_scenario::Scenario;
 use std::{fs, thread, time::Duration};
 
 /// Facts that change from moment to moment, even on the same machine.
-pub(crate) const MOMENTARY: [&str; 3] = ["memory available", "load average", "busy"];
+pub(crate) const MOMENTARY: [&str; 4] = ["memory available", "shared memory", "load average", "busy"];
 
 /// Time for which the cores are watched to find out whether they are busy. Timer ticks are 4 to 10 ms apart, so a shorter
 /// time counts too few of them.
@@ -21,6 +23,10 @@ const MAX_BUSY: f64 = 0.05;
 /// Share of the CPU time that the host of a virtual machine may take without a warning. A lower limit warns on most
 /// virtual machines; a higher one misses a crowded host.
 const MAX_STOLEN: f64 = 0.01;
+/// Number of UAVs for which the machine should have room: the largest swarm of a whole benchmark. With more, the doctor warns of
+/// machines that suffice; with fewer, the benchmark's last cases fail.
+const UAVS: u32 = 200;
+const GB: f64 = 1e9;
 /// Clock sources that can be read without a system call.
 const FAST_CLOCKS: [&str; 5] =
     ["tsc", "kvm-clock", "hyperv_clocksource_tsc_page", "arch_sys_counter", "riscv_clocksource"];
@@ -28,7 +34,7 @@ const FAST_CLOCKS: [&str; 5] =
 /// Name of a fact, and how to find it.
 type Fact = (&'static str, fn(ReadFile) -> Option<String>);
 
-const FACTS: [Fact; 21] = [
+const FACTS: [Fact; 22] = [
     ("processor", |read| kernel_files::processor(&read("/proc/cpuinfo")?)),
     ("cores usable", |read| Some(kernel_files::usable_cores(&read("/proc/self/status")?)?.to_string())),
     ("cores online", |read| first_line(read, "/sys/devices/system/cpu/online")),
@@ -57,6 +63,7 @@ const FACTS: [Fact; 21] = [
     ("page size", |_| Some(format!("{} B", rustix::param::page_size()))),
     ("load average", |read| kernel_files::load_average(&read("/proc/loadavg")?)),
     ("open files", |read| kernel_files::limit(&read("/proc/self/limits")?, "Max open files")),
+    ("processes", |read| kernel_files::limit(&read("/proc/self/limits")?, "Max processes")),
     ("locked memory", |read| kernel_files::limit(&read("/proc/self/limits")?, "Max locked memory")),
     ("real-time priority", |read| kernel_files::limit(&read("/proc/self/limits")?, "Max realtime priority")),
     ("build", |_| Some(if cfg!(debug_assertions) { "debug" } else { "release" }.into())),
@@ -70,7 +77,7 @@ pub(crate) fn inspect() -> Machine {
     thread::sleep(WATCH);
     let after = read("/proc/stat");
     let activity = before.zip(after).and_then(|(before, after)| kernel_files::activity(&before, &after));
-    examine(&read, activity, cfg!(debug_assertions))
+    examine(&read, activity, &Capacity::look(), cfg!(debug_assertions))
 }
 
 /// The warning for `processes` that take part in a tick and share cores; `None` if each has a core of its own.
@@ -88,9 +95,10 @@ fn crowded_on(cores: usize, processes: u32) -> Option<String> {
     })
 }
 
-fn examine(read: ReadFile, activity: Option<Activity>, is_debug_build: bool) -> Machine {
+fn examine(read: ReadFile, activity: Option<Activity>, capacity: &Capacity, is_debug_build: bool) -> Machine {
     let found = |(name, find): &Fact| (String::from(*name), find(read).unwrap_or_else(|| UNREADABLE.into()));
     let mut facts: Vec<_> = FACTS.iter().map(found).collect();
+    facts.push(("shared memory".into(), capacity.memory.map_or(UNREADABLE.into(), shared_memory)));
     // This one takes time to find out, so the caller has done that.
     facts.push(("busy".into(), activity.map_or(UNREADABLE.into(), |activity| activity.to_string())));
     let warnings = [
@@ -102,8 +110,20 @@ fn examine(read: ReadFile, activity: Option<Activity>, is_debug_build: bool) -> 
         turbo_warning(read),
         smt_warning(read),
         clock_warning(read),
+        capacity_warning(capacity),
     ];
     Machine { facts, warnings: warnings.into_iter().flatten().collect() }
+}
+
+fn shared_memory(MemorySpace { free, total }: MemorySpace) -> String {
+    format!("{:.1} GB free of {:.1} GB", free as f64 / GB, total as f64 / GB)
+}
+
+/// What the machine lacks for the largest swarm of a benchmark.
+fn capacity_warning(capacity: &Capacity) -> Option<String> {
+    let mut scenario = Scenario::default();
+    scenario.formation.uavs = UAVS;
+    capacity.admit(&Demand::of(&scenario, true)).err().map(|shortage| shortage.to_string())
 }
 
 fn on_or_off(is_on: bool) -> String {
@@ -222,7 +242,7 @@ mod tests {
         ]);
         files.extend(changes.iter().copied());
         let read = |path: &str| files.get(path).map(|text| (*text).to_owned());
-        examine(&read, Some(activity), false)
+        examine(&read, Some(activity), &Capacity::default(), false)
     }
 
     fn fact<'m>(machine: &'m Machine, name: &str) -> &'m str {
@@ -264,15 +284,26 @@ mod tests {
     }
 
     #[test]
+    fn a_machine_without_room_for_a_large_swarm_gets_a_warning() {
+        let memory = Some(MemorySpace { free: 8 << 20, total: 64 << 20 });
+        let machine = examine(&|_| None, None, &Capacity { memory, ..Capacity::default() }, false);
+        assert!(machine.warnings.len() == 1 && machine.warnings[0].contains("--shm-size"), "{machine:?}");
+        assert_eq!(fact(&machine, "shared memory"), "0.0 GB free of 0.1 GB");
+        let memory = Some(MemorySpace { free: 64 << 20, total: 64 << 20 });
+        let machine = examine(&|_| None, None, &Capacity { memory, ..Capacity::default() }, false);
+        assert_eq!(machine.warnings, Vec::<String>::new(), "what Docker gives by default is enough");
+    }
+
+    #[test]
     fn a_debug_build_gets_a_warning() {
-        let machine = examine(&|_| None, None, true);
+        let machine = examine(&|_| None, None, &Capacity::default(), true);
         assert_eq!(machine.warnings.len(), 1);
         assert!(machine.warnings[0].contains("cargo build --release"));
     }
 
     #[test]
     fn unreadable_facts_are_shown_as_such() {
-        let machine = examine(&|_| None, None, false);
+        let machine = examine(&|_| None, None, &Capacity::default(), false);
         let unreadable = machine.facts.iter().filter(|(_, value)| value == UNREADABLE).count();
         // Only the page size, the build and the container need no file: "no sign of one".
         assert_eq!(unreadable, machine.facts.len() - 3, "{:?}", machine.facts);

@@ -32,6 +32,7 @@ pub(crate) fn results() -> Results {
         began: "2026-11-22T20:00:00Z".into(),
         command: "ringwing bench --uavs 1,6,30 --rate 100 --seed 7".into(),
         seed: 7,
+        seed_text: "7".into(),
         machine: machine(),
         interrupted: false,
         cases,

@@ -12,6 +12,7 @@ use hdrhistogram::serialization::{
     V2DeflateSerializer,
     interval_log::{IntervalLogWriter, IntervalLogWriterBuilder, Tag},
 };
+use ringwing_bus::write_whole;
 use std::{fs, io, path::Path, time::Duration};
 
 /// The version of the log format; readers choose their parser by it.
@@ -41,7 +42,7 @@ pub(crate) fn write(folder: &Path, results: &Results) -> io::Result<()> {
 }
 
 fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    fs::write(path, bytes).map_err(|error| named(path, &error))
+    write_whole(path, bytes).map_err(|error| named(path, &error))
 }
 
 /// The same error with the file's name.

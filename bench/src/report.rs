@@ -13,7 +13,8 @@ use crate::{
     runner::Runner,
     table,
 };
-use std::{fs, io, path::Path, time::SystemTime};
+use ringwing_bus::write_whole;
+use std::{fs, path::Path, time::SystemTime};
 
 /// Name of the page beside the results.
 const PAGE: &str = "index.html";
@@ -27,11 +28,13 @@ pub struct Report {
     pub text: String,
     /// Whether everything that was asked for was measured.
     pub is_complete: bool,
+    /// Why the results could not be written to the user's folder, if they could not.
+    pub unwritten: Option<BenchError>,
 }
 
 impl Report {
     fn complete(text: String) -> Self {
-        Self { text, is_complete: true }
+        Self { text, is_complete: true, unwritten: None }
     }
 }
 
@@ -46,7 +49,16 @@ pub fn run(args: &BenchArgs) -> Result<Report, BenchError> {
     let axes = check(args)?;
     let results = measure(args, &axes)?;
     let is_complete = !results.interrupted && results.cases.iter().all(|case| case.failure.is_none());
-    Ok(Report { text: report(args, &results)?, is_complete })
+    let json = json(&results);
+    // What took hours to measure is printed even if the disk is full by now.
+    let written = args.out.as_deref().map(|out| write(out, &json, &results));
+    let place = args.out.as_deref().filter(|_| matches!(written, Some(Ok(()))));
+    let text = if args.json { json } else { text(&results, place) };
+    Ok(Report { text, is_complete, unwritten: written.and_then(Result::err) })
+}
+
+fn json(results: &Results) -> String {
+    serde_json::to_string(results).expect("results are plain data")
 }
 
 /// Refuses every mistake that can be found before anything starts.
@@ -85,6 +97,7 @@ fn measure(args: &BenchArgs, axes: &Axes) -> Result<Results, BenchError> {
         began,
         command: std::env::args().collect::<Vec<_>>().join(" "),
         seed: args.seed,
+        seed_text: args.seed.to_string(),
         machine,
         interrupted: runner.is_interrupted(),
         cases,
@@ -98,24 +111,19 @@ fn inspect(axes: &Axes) -> Machine {
     machine
 }
 
-/// Writes the files that the user wants, and returns the text to print.
-fn report(args: &BenchArgs, results: &Results) -> Result<String, BenchError> {
-    let json = serde_json::to_string(results).expect("results are plain data");
-    if let Some(out) = &args.out {
-        write(out, &json, results).map_err(BenchError::file(out, "written"))?;
-    }
-    if args.json {
-        return Ok(json);
-    }
-    let written = args
-        .out
-        .as_ref()
-        .map(|out| format!("\n\nresults  {}: {RESULTS_FILE}, {PAGE}, {HISTOGRAMS}/", out.display()));
-    Ok(table::render(results).trim_end().to_owned() + &written.unwrap_or_default())
+/// The table, and where the files are that were `written`.
+fn text(results: &Results, written: Option<&Path>) -> String {
+    let files = written
+        .map(|out| format!("\n\nresults  {}: {RESULTS_FILE}, {PAGE}, {HISTOGRAMS}/", out.display()))
+        .unwrap_or_default();
+    table::render(results).trim_end().to_owned() + &files
 }
 
-fn write(out: &Path, json: &str, results: &Results) -> io::Result<()> {
-    fs::write(out.join(RESULTS_FILE), json)?;
-    fs::write(out.join(PAGE), page::render(results))?;
-    histogram_files::write(&out.join(HISTOGRAMS), results)
+fn write(out: &Path, json: &str, results: &Results) -> Result<(), BenchError> {
+    let all = || {
+        write_whole(&out.join(RESULTS_FILE), json)?;
+        write_whole(&out.join(PAGE), page::render(results))?;
+        histogram_files::write(&out.join(HISTOGRAMS), results)
+    };
+    all().map_err(BenchError::file(out, "written"))
 }

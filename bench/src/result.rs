@@ -25,6 +25,9 @@ pub(crate) struct Results {
     pub(crate) command: String,
     /// Seed of the flights and of the order of the cases.
     pub(crate) seed: u64,
+    /// The seed again. Programs that read every number as a float, such as `jq`, round one above 2^53.
+    #[serde(default)]
+    pub(crate) seed_text: String,
     /// The machine that the benchmark ran on.
     pub(crate) machine: Machine,
     /// Whether the user ended the benchmark before all cases were measured.

@@ -18,7 +18,7 @@ use crate::{
     transport::hub,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_bus::{DomainOwner, StopFlag};
+use ringwing_bus::{DomainOwner, Patience, StopFlag, copy_whole};
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     fs,
@@ -32,6 +32,8 @@ use std::{
 
 /// Time that a case may take to start and to end, on top of its measured time. Shorter fails large swarms on slow machines.
 const OVERHEAD: Duration = Duration::from_secs(60);
+/// What each UAV adds to that time: a process more starts, and leaves. Shorter fails large swarms on slow machines.
+const OVERHEAD_PER_UAV: Duration = Duration::from_millis(100);
 /// Time that a case may take to end after a request; then it is killed. A flight itself gives its processes 10 s, so a
 /// shorter time kills flights that end in order; a longer one delays the user's interrupt.
 const LEAVE_TIMEOUT: Duration = Duration::from_secs(12);
@@ -124,7 +126,8 @@ impl<'a> Runner<'a> {
             launcher: std::process::id(),
         });
         let child = self.placement.placement().start(0, || command.spawn());
-        self.wait(child.map_err(BenchError::system("a case cannot be started"))?)?;
+        let limit = self.time_limit(case);
+        self.wait(child.map_err(BenchError::system("a case cannot be started"))?, limit)?;
         let (head, mut trace) = Trace::load(&path)?;
         if owner.is_some() {
             hub::add_peers(&mut trace, &path, case.uavs)?;
@@ -135,8 +138,15 @@ impl<'a> Runner<'a> {
         Ok(hops::repeat(case, &head, &trace))
     }
 
-    /// Waits until a case ends. A case that fails gives its reason on stderr.
-    fn wait(&self, mut child: Child) -> Result<(), BenchError> {
+    /// How long `case` may take.
+    fn time_limit(&self, case: &Case) -> Duration {
+        Duration::from_secs_f64(self.axes.warm_up_s + self.axes.measure_s)
+            + OVERHEAD
+            + OVERHEAD_PER_UAV * case.uavs
+    }
+
+    /// Waits until a case ends, at most for `limit`. A case that fails gives its reason on stderr.
+    fn wait(&self, mut child: Child, limit: Duration) -> Result<(), BenchError> {
         let mut stderr = child.stderr.take();
         // Read while waiting: a full pipe would block the case.
         let reader = thread::spawn(move || {
@@ -147,7 +157,6 @@ impl<'a> Runner<'a> {
             }
             text
         });
-        let limit = Duration::from_secs_f64(self.axes.warm_up_s + self.axes.measure_s) + OVERHEAD;
         let ended = self.wait_within(&mut child, limit).map_err(BenchError::system("a case is lost"))?;
         let said = reader.join().unwrap_or_default();
         match ended {
@@ -157,7 +166,7 @@ impl<'a> Runner<'a> {
             }
             Some(_) => Err(BenchError::case(reason(&said))),
             None => Err(BenchError::case(format!(
-                "it took longer than {:.0} s and was killed",
+                "it took longer than {:.0} s and was killed: measure fewer UAVs, or end other programs",
                 limit.as_secs_f64()
             ))),
         }
@@ -167,17 +176,16 @@ impl<'a> Runner<'a> {
     ///
     /// Returns how it ended, or `None` if it was killed.
     fn wait_within(&self, child: &mut Child, limit: Duration) -> std::io::Result<Option<ExitStatus>> {
-        let since = Instant::now();
-        let mut asked_at: Option<Instant> = None;
+        let (mut patience, mut patience_to_leave) = (Patience::of(limit), None);
         loop {
             if let Some(status) = child.try_wait()? {
                 return Ok(Some(status));
             }
-            if asked_at.is_none() && (self.stop.is_set() || since.elapsed() > limit) {
-                asked_at = Some(Instant::now());
+            if patience_to_leave.is_none() && (self.stop.is_set() || patience.is_over()) {
+                patience_to_leave = Some(Patience::of(LEAVE_TIMEOUT));
                 ask_to_end(child.id());
             }
-            if asked_at.is_some_and(|asked_at| asked_at.elapsed() > LEAVE_TIMEOUT) {
+            if patience_to_leave.as_mut().is_some_and(Patience::is_over) {
                 child.kill()?;
                 child.wait()?;
                 return Ok(None);
@@ -191,7 +199,7 @@ impl<'a> Runner<'a> {
         let Some(logs) = self.logs.filter(|_| case.recorder) else { return Ok(()) };
         let (from, to) = (folder.join(FLIGHT_LOG), logs.join(format!("{}.mcap", label::file(case))));
         if from.exists() && !to.exists() {
-            fs::copy(&from, &to).map_err(BenchError::file(&to, "written"))?;
+            copy_whole(&from, &to).map_err(BenchError::file(&to, "written"))?;
         }
         Ok(())
     }
@@ -201,6 +209,8 @@ fn command(args: &CaseArgs) -> Command {
     let mut command = Command::new("/proc/self/exe");
     command.arg("bench-case").args(args.to_arguments());
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    // Whoever forces colours wants them on the terminal, not in the reason of a failed case.
+    command.env("NO_COLOR", "1");
     // In a process group of its own: the terminal sends Ctrl-C to the benchmark alone, which ends the case in order.
     command.process_group(0);
     command
@@ -209,7 +219,7 @@ fn command(args: &CaseArgs) -> Command {
 /// Most lines that are quoted from the stderr of a failed case; a hub's peers all complain about the same problem.
 const REASON_LINES: usize = 3;
 /// How ringwing's own processes begin a line on stderr.
-const OWN_LINE: &str = "ringwing: ";
+const OWN_LINE: &str = "error: ";
 
 /// The first lines of what a failed case wrote to stderr, as one line: those of ringwing first, then those of the user's
 /// program.
@@ -245,8 +255,8 @@ mod tests {
 
     #[test]
     fn only_the_first_reasons_are_quoted() {
-        assert_eq!(reason("ringwing: bench: no place\n"), "bench: no place");
-        assert_eq!(reason("ringwing: a\n\nb\nc\nd\ne\n"), "a; b; c; and 2 more lines");
-        assert_eq!(reason("Traceback\nringwing: the world failed\n"), "the world failed; Traceback");
+        assert_eq!(reason("error: bench: no place\n"), "bench: no place");
+        assert_eq!(reason("error: a\n\nb\nc\nd\ne\n"), "a; b; c; and 2 more lines");
+        assert_eq!(reason("Traceback\nerror: the world failed\n"), "the world failed; Traceback");
     }
 }

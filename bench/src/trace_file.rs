@@ -5,7 +5,7 @@
 
 use crate::trace::{Trace, TraceHead};
 use bytemuck::Zeroable;
-use ringwing_bus::BusError;
+use ringwing_bus::{BusError, write_whole_by};
 use std::{
     fs::File,
     io::{self, BufWriter, Read, Write},
@@ -15,10 +15,8 @@ use std::{
 impl Trace {
     /// Writes the trace to `path`. The file appears complete, or not at all.
     pub(crate) fn save(&self, path: &Path, head: &TraceHead) -> Result<(), BusError> {
-        let draft = path.with_extension("draft");
         let head = TraceHead { ticks: self.ticks.len(), steps: self.steps.len(), ..head.clone() };
-        self.write(&draft, &head).map_err(failed(&draft))?;
-        std::fs::rename(&draft, path).map_err(failed(path))
+        write_whole_by(path, |draft| self.write(draft, &head)).map_err(failed(path))
     }
 
     fn write(&self, path: &Path, head: &TraceHead) -> io::Result<()> {

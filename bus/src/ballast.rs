@@ -21,6 +21,21 @@ pub(crate) type Factory = PortFactory<ipc::Service, [u8], ()>;
 
 /// Samples that a reader may lag behind before it loses one. In lockstep it is one tick behind at most.
 const DEPTH: usize = 4;
+/// Samples that are in use beside those that wait: the reader's, and the one that is being written.
+const IN_USE: u64 = 2;
+/// Readers of each service: the other end, its successors while the dead are not cleaned up yet, and people who look into a
+/// live run. Each makes the segment larger, though its memory is used only as far as a reader lags.
+const READERS: usize = 8;
+
+/// Memory of one direction when its reader lags as far as it can, in bytes.
+pub(crate) fn samples_bytes(bytes: u64) -> u64 {
+    (DEPTH as u64 + IN_USE) * bytes
+}
+
+/// The size of a segment of ballast of `bytes`, in bytes, with a margin for what iceoryx2 adds to each sample.
+pub(crate) fn segment_bytes(bytes: u64) -> u64 {
+    READERS as u64 * (samples_bytes(bytes) + samples_bytes(bytes) / 4)
+}
 
 /// One end of the ballast between the world and an agent.
 #[derive(Debug)]
@@ -89,7 +104,7 @@ impl Ballast {
 pub(crate) fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Vec<Factory>, BusError> {
     let create = |(uav, direction)| {
         let service = node.service_builder(&name(uav, direction)?).publish_subscribe::<[u8]>();
-        let service = service.subscriber_max_buffer_size(DEPTH).history_size(0);
+        let service = service.max_subscribers(READERS).subscriber_max_buffer_size(DEPTH).history_size(0);
         let created = service.enable_safe_overflow(true).create();
         created.map_err(|error| ballast_error(uav, "cannot be created", error))
     };

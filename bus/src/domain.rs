@@ -7,13 +7,17 @@
 //! Must never remove anything of a domain whose launcher lives.
 
 mod remains;
+pub(crate) mod reserve;
 
-use crate::{BusError, Gate};
+pub use reserve::Reserve;
+
+use crate::{BusError, Gate, files::write_whole};
 use iceoryx2::prelude::{Config, FileName, Path as IpcPath, SemanticString};
 use rustix::fs::{FlockOperation, flock};
 use serde::{Serialize, de::DeserializeOwned};
 use std::{
     fmt, fs,
+    io::ErrorKind::PermissionDenied,
     os::unix::fs::{DirBuilderExt, MetadataExt},
     path::{Path, PathBuf},
     str::FromStr,
@@ -21,7 +25,7 @@ use std::{
 };
 
 /// The folder of all domains: a tmpfs, because iceoryx2 would wait for a real disk with every service file.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 /// The prefix of all of ringwing's files there.
 const PREFIX: &str = "ringwing_";
 /// Length of a domain's name. A longer name is harder to type; with a shorter one, more runs collide and have to draw
@@ -33,7 +37,7 @@ pub struct DomainId(String);
 
 impl DomainId {
     /// A name drawn from time and process id. It has no influence on the flight.
-    fn fresh() -> Self {
+    pub fn fresh() -> Self {
         const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
         let nanoseconds =
             SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64);
@@ -128,11 +132,25 @@ impl Drop for DomainOwner {
 impl Domain {
     /// Finds the domain of a run that another process started.
     pub fn join(id: &DomainId) -> Result<Self, BusError> {
-        if id.root().is_dir() {
-            Ok(Self { id: id.clone() })
-        } else {
-            Err(BusError::Domain { id: id.to_string(), problem: "no run of this name is live".into() })
+        if !id.root().is_dir() {
+            return Err(BusError::Domain {
+                id: id.to_string(),
+                problem: "no run of this name is live".into(),
+            });
         }
+        let domain = Self { id: id.clone() };
+        // Looking into the folder fails for everybody whom its owner does not let in.
+        match fs::metadata(domain.scenario_path()) {
+            Err(error) if error.kind() == PermissionDenied => Err(domain.permission_denied()),
+            _ => Ok(domain),
+        }
+    }
+
+    /// The error that this user may not use the domain.
+    pub fn permission_denied(&self) -> BusError {
+        // Only a domain that has just been removed has no owner, and root's number then does no harm.
+        let owner = fs::metadata(self.root()).map_or(0, |folder| folder.uid());
+        BusError::Permission { id: self.id.to_string(), owner }
     }
 
     /// Its name.
@@ -182,11 +200,11 @@ impl Domain {
     /// Writes `report` for other processes of the run. They see the whole report, or no report.
     pub fn write_report<T: Serialize>(&self, name: &str, report: &T) -> Result<(), BusError> {
         let path = self.root().join(format!("{name}.json"));
-        let draft = path.with_extension("draft");
         let text =
             serde_json::to_vec(report).map_err(|source| BusError::Report { path: path.clone(), source })?;
-        fs::write(&draft, text).map_err(BusError::file(&draft))?;
-        fs::rename(&draft, &path).map_err(BusError::file(path))
+        // A report must not be lost because shared memory is full, and the last ones come when no successor is needed.
+        self.release_part(Reserve::Successors, reserve::bytes_of_file(text.len()));
+        write_whole(&path, text).map_err(BusError::file(path))
     }
 
     /// The report `name`, if a process has written it.
@@ -267,6 +285,16 @@ pub fn remove_abandoned() -> Vec<DomainId> {
         abandoned
     });
     ids
+}
+
+/// The abandoned domains that only their owners may remove.
+pub fn abandoned_by_others() -> Vec<Domain> {
+    let mut domains: Vec<Domain> = all().into_iter().map(|id| Domain { id }).collect();
+    domains.retain(|domain| {
+        let writable = fs::OpenOptions::new().write(true).open(domain.id.lock_path());
+        writable.is_err_and(|error| error.kind() == PermissionDenied) && !domain.has_launcher()
+    });
+    domains
 }
 
 /// Removes all files of a domain, its lock last: until then no other run takes the name.

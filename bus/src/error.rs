@@ -1,5 +1,6 @@
 //! What can go wrong between a process and the rest of its run.
 
+use crate::Shortage;
 use ringwing_scenario::ScenarioError;
 use std::{fmt::Debug, io, path::PathBuf};
 
@@ -13,6 +14,14 @@ pub enum BusError {
         id: String,
         /// What is wrong with it.
         problem: String,
+    },
+    /// The run belongs to somebody else.
+    #[error("domain {id}: permission denied: the run belongs to user {owner}")]
+    Permission {
+        /// The domain's name.
+        id: String,
+        /// The number of the user who started the run.
+        owner: u32,
     },
     /// The scenario in the domain is not valid. It was written by another build of ringwing.
     #[error(transparent)]
@@ -33,6 +42,9 @@ pub enum BusError {
         /// The parser's reason.
         source: serde_json::Error,
     },
+    /// The machine lacks something.
+    #[error(transparent)]
+    Shortage(#[from] Shortage),
     /// iceoryx2 refused.
     #[error("{what}: {reason}")]
     Ipc {

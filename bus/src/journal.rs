@@ -6,8 +6,9 @@
 //! Must never hold up the world: a recorder that lags too far loses the oldest ticks.
 
 use crate::{
-    BusError,
+    BusError, Domain,
     channel::{SENDERS, count_failure, may_open_later},
+    domain::Reserve,
     retry::retry,
     wire::Wire,
 };
@@ -17,7 +18,7 @@ use iceoryx2::{
         publisher::{Publisher, PublisherCreateError},
         subscriber::{Subscriber, SubscriberCreateError},
     },
-    prelude::{ServiceName, ipc},
+    prelude::{PortFactory as _, ServiceName, ipc},
     service::port_factory::publish_subscribe::PortFactory,
 };
 use ringwing_flight::{JournalEntry, JournalHeader};
@@ -30,28 +31,46 @@ const NAME: &str = "journal";
 /// Readers that may subscribe at once: a recorder, its successor, and a person who looks into a live run. Each place
 /// makes the journal's segment in shared memory larger, though its memory is used only as far as the reader lags.
 const READERS: usize = 3;
-/// Ticks that the recorder may lag behind. More cost memory while it lags; fewer lose ticks in real time when it waits
-/// for the disk.
+/// Ticks that the recorder may lag behind, at most. More cost memory while it lags; fewer lose ticks in real time when it
+/// waits for the disk.
 const DEPTH_MAX: usize = 1024;
 /// The most memory that waits for one recorder, in bytes. A larger limit lets the recorder of a large swarm lag
 /// further; a smaller one loses its ticks sooner.
 const BYTES_MAX: usize = 64 << 20;
+/// Samples that the recorder holds while it reads, and the one that the world writes: they need memory beside those that wait.
+const IN_USE: usize = 4;
+/// What iceoryx2 adds to each sample, in bytes: its header and the rounding.
+const SAMPLE_OVERHEAD: usize = 64;
 
-/// How many ticks the recorder of a swarm of `uavs` may lag behind before it loses the oldest.
-pub fn depth(uavs: u32) -> usize {
-    let bytes = size_of::<JournalHeader>() + uavs as usize * size_of::<JournalEntry>();
-    DEPTH_MAX.min(BYTES_MAX / bytes)
+/// How many ticks the journal of a swarm of `uavs` keeps for a recorder that lags behind, if there is enough memory.
+pub fn depth_max(uavs: u32) -> usize {
+    DEPTH_MAX.min(BYTES_MAX / sample_bytes(uavs))
 }
 
-/// Creates the journal of a swarm of `uavs`.
-pub(crate) fn create(node: &Node<ipc::Service>, uavs: u32) -> Result<Factory, BusError> {
+/// Memory of one tick in the journal of a swarm of `uavs`, in bytes.
+pub(crate) fn sample_bytes(uavs: u32) -> usize {
+    size_of::<JournalHeader>() + uavs as usize * size_of::<JournalEntry>() + SAMPLE_OVERHEAD
+}
+
+/// Memory that the journal of a swarm of `uavs` takes when the recorder lags by all `depth` ticks, in bytes.
+pub(crate) fn lag_bytes(uavs: u32, depth: usize) -> u64 {
+    ((depth + IN_USE) * sample_bytes(uavs)) as u64
+}
+
+/// The size of the journal's segment in bytes. Most of it is never used: it has room for several readers that lag.
+pub(crate) fn segment_bytes(uavs: u32, depth: usize) -> u64 {
+    READERS as u64 * lag_bytes(uavs, depth)
+}
+
+/// Creates the journal. It keeps `depth` ticks for a recorder that lags behind before it loses the oldest.
+pub(crate) fn create(node: &Node<ipc::Service>, depth: usize) -> Result<Factory, BusError> {
     node.service_builder(&name()?)
         .publish_subscribe::<[Wire<JournalEntry>]>()
         .user_header::<Wire<JournalHeader>>()
         .max_publishers(SENDERS)
         .max_subscribers(READERS)
         .max_nodes(READERS + SENDERS)
-        .subscriber_max_buffer_size(depth(uavs))
+        .subscriber_max_buffer_size(depth)
         .history_size(0)
         .enable_safe_overflow(true)
         .create()
@@ -72,6 +91,7 @@ fn open(node: &Node<ipc::Service>) -> Result<Factory, BusError> {
 pub struct JournalWriter {
     port: Publisher<ipc::Service, [Wire<JournalEntry>], Wire<JournalHeader>>,
     uavs: usize,
+    depth: usize,
 }
 
 impl JournalWriter {
@@ -84,7 +104,19 @@ impl JournalWriter {
         };
         let is_full = |error: &_| matches!(error, PublisherCreateError::ExceedsMaxSupportedPublishers);
         let port = retry(create, is_full).map_err(|error| journal_error("no place for a writer", error))?;
-        Ok(Self { port, uavs: uavs as usize })
+        Ok(Self { port, uavs: uavs as usize, depth: factory.static_config().subscriber_max_buffer_size() })
+    }
+
+    /// How many ticks the journal keeps for a recorder that lags behind.
+    pub fn depth(&self) -> usize {
+        self.depth
+    }
+
+    /// Takes the memory for the longest lag out of the reserve of `domain`. Without it, the world would be killed by SIGBUS
+    /// when the recorder lags and `/dev/shm` is full.
+    pub fn pin(&self, domain: &Domain) -> Result<(), BusError> {
+        domain.release(Reserve::Journal);
+        domain.pin_segment_of(self.port.id().value(), lag_bytes(self.uavs as u32, self.depth))
     }
 
     /// Sends one tick: its header and one entry for each UAV.

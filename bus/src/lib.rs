@@ -9,18 +9,24 @@
 //!   `wait_strategy` are how they wait for it.
 //! - `member` is a process that takes part in a run, and `answerer` one that answers ticks. `process`, `node` and
 //!   `stop` are what they need of the operating system and of iceoryx2.
+//! - `demand` is what a run takes of the machine, and `capacity` what the machine has.
+//! - `awake` holds time limits that a stopped run does not use up, and `files` writes files that are whole or not there.
 //! - `deadlines` says when ticks are due in real time, and `placement` on which core a process runs.
 //! - `ballast` carries bytes for benchmarks, and `probe` is what a benchmark hooks into the loop that opens ticks.
 //!
 //! Must never decide anything about the flight: no law, no physics.
 
 mod answerer;
+mod awake;
 mod ballast;
 mod blackboard;
+mod capacity;
 mod channel;
 mod deadlines;
+mod demand;
 pub mod domain;
 mod error;
+mod files;
 pub mod futex;
 mod gate;
 pub mod journal;
@@ -40,19 +46,26 @@ mod waker;
 mod wire;
 
 pub use answerer::Answerer;
+pub use awake::{AwakeClock, Patience};
 pub use ballast::Ballast;
 pub use blackboard::{Board, BoardAccess, BoardReader, BoardWriter};
+pub use capacity::{Capacity, MemorySpace, Shortage, TaskLimit, TaskSpace};
 pub use channel::{Channel, Publisher, Subscriber, failed_connections};
 pub use deadlines::{Deadlines, Lateness};
+pub use demand::Demand;
 pub use domain::{Domain, DomainId, DomainOwner};
 pub use error::BusError;
+pub use files::{copy_whole, write_whole, write_whole_by};
 pub use gate::{Gate, Wait};
 pub use journal::{JournalReader, JournalWriter};
 pub use member::{Member, MemberArgs};
 pub use node::create_node;
 pub use placement::{Placement, PlacementError};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
-pub use process::{close_files_on_spawn, die_with, is_running, raise_open_files_limit};
+pub use process::{
+    close_files_on_spawn, die_with, heeded, is_running, raise_open_files_limit, stop_self,
+    survive_file_size_limit,
+};
 pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
 pub use stop::StopFlag;

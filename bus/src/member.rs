@@ -48,11 +48,13 @@ impl Member {
         // Before any port is opened: the process that has the part already has the ports as well.
         check_vacant(&domain, &gate, part)?;
         let node = create_node(&domain, &part.node_name())?;
-        let stop = StopFlag::on_signals()?;
-        if args.launcher.is_none() {
-            let domain = domain.clone();
+        let stop = if args.launcher.is_some() {
+            StopFlag::on_signals_of_launcher()?
+        } else {
+            let (stop, domain) = (StopFlag::on_signals()?, domain.clone());
             stop.set_unless(move || domain.has_launcher())?;
-        }
+            stop
+        };
         Ok(Self { part, domain, scenario, gate, node, stop })
     }
 

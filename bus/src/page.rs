@@ -2,6 +2,7 @@
 //!
 //! Gives no meaning to any value, and never blocks: see [`crate::futex`] for waiting.
 
+use crate::files::allocate;
 use memmap2::MmapRaw;
 use std::{
     fs::{File, OpenOptions},
@@ -86,9 +87,7 @@ impl Page {
     pub fn create(path: &Path, lines: usize) -> io::Result<Self> {
         let file = OpenOptions::new().create(true).truncate(false).read(true).write(true).open(path)?;
         let bytes = (lines * size_of::<Line>()) as u64;
-        if file.metadata()?.len() < bytes {
-            file.set_len(bytes)?;
-        }
+        allocate(&file, bytes)?;
         Self::map(&file)
     }
 

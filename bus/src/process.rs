@@ -5,11 +5,12 @@
 use crate::BusError;
 use rustix::{
     process::{
-        Pid, Resource, Rlimit, Signal, getppid, getrlimit, set_parent_process_death_signal, setrlimit,
+        Pid, Resource, Rlimit, Signal, getpid, getppid, getrlimit, kill_process,
+        set_parent_process_death_signal, setrlimit,
     },
     thread::set_name,
 };
-use std::{ffi::CString, io, path::Path};
+use std::{ffi::CString, fs, io, path::Path, sync::Arc};
 
 /// Whether a process with the id `pid` exists.
 pub fn is_running(pid: u32) -> bool {
@@ -50,9 +51,58 @@ pub(crate) fn set_process_name(name: &str) {
     }
 }
 
+/// Those of `signals` that this process should heed: whoever started it with a signal ignored, such as `nohup`, or a shell that
+/// starts a command in the background, does not want that signal to end it.
+pub fn heeded(signals: &[i32]) -> Vec<i32> {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = ignored_signals(&status);
+    signals.iter().copied().filter(|signal| ignored & (1 << (signal - 1)) == 0).collect()
+}
+
+/// The signals that a process ignores, one bit for each, in its `/proc/PID/status`.
+fn ignored_signals(status: &str) -> u64 {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
+}
+
+/// Makes writing beyond `ulimit -f` an error, like a full disk. Without this, SIGXFSZ would kill the process.
+pub fn survive_file_size_limit() -> Result<(), BusError> {
+    // Nobody reads the flag: the handler alone makes the write fail.
+    signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default())
+        .map(drop)
+        .map_err(BusError::system("cannot handle SIGXFSZ"))
+}
+
+/// Stops this process, as the terminal's Ctrl-Z would, until somebody lets it go on.
+pub fn stop_self() {
+    // A process can always send itself a signal.
+    let _ = kill_process(getpid(), Signal::STOP);
+}
+
 /// Raises the limit of open files as far as this user may: each connection to another process takes some.
 pub fn raise_open_files_limit() -> Result<(), BusError> {
     let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
     setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum })
         .map_err(BusError::system("cannot raise the limit of open files"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGPIPE, SIGTERM};
+
+    #[test]
+    fn the_mask_of_ignored_signals_is_read_bit_by_bit() {
+        // `nohup` in the background: SIGHUP (1), SIGINT (2) and SIGQUIT (3).
+        let mask = ignored_signals("Name:\tx\nSigIgn:\t0000000000000007\nSigCgt:\t0\n");
+        let is_ignored = |signal: i32| mask & (1 << (signal - 1)) != 0;
+        assert!(is_ignored(SIGHUP) && is_ignored(SIGINT) && !is_ignored(SIGTERM));
+        assert_eq!(ignored_signals(""), 0);
+    }
+
+    #[test]
+    fn a_signal_that_this_process_ignores_is_not_heeded() {
+        // Rust's own start code ignores SIGPIPE.
+        assert_eq!(heeded(&[SIGPIPE, SIGTERM]), [SIGTERM]);
+    }
 }

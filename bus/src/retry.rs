@@ -2,10 +2,8 @@
 //!
 //! Must never repeat an attempt whose error is not temporary.
 
-use std::{
-    thread,
-    time::{Duration, Instant},
-};
+use crate::Patience;
+use std::{thread, time::Duration};
 
 /// How long a service may take to appear, or the place of a dead process to become free. Less fails on a busy machine;
 /// more makes a process that cannot succeed give up later.
@@ -18,10 +16,10 @@ pub(crate) fn retry<T, E>(
     attempt: impl Fn() -> Result<T, E>,
     passes_by_itself: impl Fn(&E) -> bool,
 ) -> Result<T, E> {
-    let start = Instant::now();
+    let mut patience = Patience::of(RETRY_LIMIT);
     loop {
         match attempt() {
-            Err(error) if passes_by_itself(&error) && start.elapsed() < RETRY_LIMIT => {
+            Err(error) if passes_by_itself(&error) && !patience.is_over() => {
                 thread::sleep(RETRY_PAUSE);
             }
             result => return result,

@@ -3,9 +3,11 @@
 //! Each function here is one row of the table: the service's name, its payload, its readers and its depth.
 
 use crate::{
-    BusError, Gate, ballast,
+    BusError, Domain, Gate, ballast,
     blackboard::{Board, BoardFactory, kept_at},
     channel::{Channel, Factory, SENDERS, SPARE_READERS},
+    demand,
+    domain::Reserve,
     journal, waker,
 };
 use iceoryx2::{node::Node, prelude::ipc};
@@ -22,6 +24,9 @@ pub const RECORDER_DEPTH: usize = 1024;
 /// Samples kept for a reader that works tick by tick. A roster comes at most a few times in a tick, so fewer could
 /// lose one, and more would never be filled.
 pub const TICK_DEPTH: usize = 4;
+/// Events kept for a recorder that joins late, such as the successor of a killed one: what happened meanwhile counts for
+/// the verdict. With fewer, a process that is lost together with the recorder may go uncounted; more cost memory.
+const EVENTS_KEPT: usize = 256;
 /// Readers of one UAV's state. In a whole ring it has two; while many UAVs take each other for lost, many more listen
 /// to one. With fewer places they wait for each other and scheduling decides who listens, so that a flight in lockstep
 /// is not repeatable; more cost memory.
@@ -74,12 +79,12 @@ pub fn links(uavs: u32) -> Channel<LinkCounts> {
 
 /// Events in the air, from the world, for the recorder and the launcher.
 pub fn world_events() -> Channel<EventMessage> {
-    with_history(channel("world/events".into(), 2, RECORDER_DEPTH))
+    with_kept_events(channel("world/events".into(), 2, RECORDER_DEPTH))
 }
 
 /// Events of processes, from the launcher, for the recorder.
 pub fn launcher_events() -> Channel<EventMessage> {
-    with_history(channel("launcher/events".into(), 2, RECORDER_DEPTH))
+    with_kept_events(channel("launcher/events".into(), 2, RECORDER_DEPTH))
 }
 
 /// Which processes run, from the launcher, for the world.
@@ -107,6 +112,11 @@ fn with_history<T>(channel: Channel<T>) -> Channel<T> {
     Channel { history: 1, ..channel }
 }
 
+/// Gives a late subscriber what has happened before.
+fn with_kept_events<T>(channel: Channel<T>) -> Channel<T> {
+    Channel { history: EVENTS_KEPT, ..channel }
+}
+
 /// All services of a run. They exist as long as this value.
 #[derive(Debug)]
 #[expect(dead_code, reason = "most fields are only held: dropping a factory removes its service")]
@@ -127,11 +137,18 @@ pub struct Services {
 }
 
 impl Services {
-    /// Creates the services of `scenario`'s swarm in the domain of `node`, with the boards of the first incarnation of
-    /// every part.
+    /// Creates the services of `scenario`'s swarm in `domain`, to which `node` belongs, with the boards of the first
+    /// incarnation of every part.
     ///
     /// Events and ballast are created only if the scenario uses them, because each service takes time and memory.
-    pub fn create(node: &Node<ipc::Service>, gate: &Gate, scenario: &Scenario) -> Result<Self, BusError> {
+    /// The journal keeps `journal_depth` ticks for a recorder that lags behind.
+    pub fn create(
+        node: &Node<ipc::Service>,
+        domain: &Domain,
+        scenario: &Scenario,
+        journal_depth: usize,
+    ) -> Result<Self, BusError> {
+        let gate = domain.gate()?;
         let uavs = scenario.formation.uavs;
         let has_events = scenario.ipc.wake == Wake::Event;
         let has_ballast = scenario.ipc.payload_bytes > 0;
@@ -140,7 +157,7 @@ impl Services {
             pace: scenario.pace(),
             has_traffic: scenario.control.collision_filter,
             boards: BTreeMap::new(),
-            journal: journal::create(node, uavs)?,
+            journal: journal::create(node, journal_depth)?,
             links: links(uavs).create(node)?,
             events: [world_events().create(node)?, launcher_events().create(node)?],
             roster: roster().create(node)?,
@@ -150,15 +167,24 @@ impl Services {
                 .transpose()?,
             ballast: if has_ballast { ballast::create(node, uavs)? } else { Vec::new() },
         };
-        Part::all(uavs).try_for_each(|part| services.renew(node, gate, part))?;
+        for part in Part::all(uavs) {
+            domain.release_part(Reserve::Swarm, demand::board_bytes(part, uavs));
+            services.create_next(node, &gate, part)?;
+        }
         Ok(services)
     }
 
     /// Creates the boards of the next incarnation of `part`, with the values on the ones before, announces it at the gate,
     /// and lets go of the boards before. To be called when a process of that part has ended, before the next one starts.
+    /// Fails if shared memory is full.
     ///
     /// The readers of the old boards keep them open until they have moved on.
-    pub fn renew(&mut self, node: &Node<ipc::Service>, gate: &Gate, part: Part) -> Result<(), BusError> {
+    pub fn renew(&mut self, node: &Node<ipc::Service>, domain: &Domain, part: Part) -> Result<(), BusError> {
+        domain.make_room(demand::successor_bytes())?;
+        self.create_next(node, &domain.gate()?, part)
+    }
+
+    fn create_next(&mut self, node: &Node<ipc::Service>, gate: &Gate, part: Part) -> Result<(), BusError> {
         let incarnation = gate.incarnation(part) + 1;
         let boards = self.create_boards(node, part, incarnation)?;
         // Announce a number only when its boards exist, so that nobody waits for them.
@@ -213,11 +239,11 @@ mod tests {
 
     #[test]
     fn a_newcomer_gets_the_last_roster() {
-        let (owner, gate) = DomainOwner::create("").unwrap();
+        let (owner, _gate) = DomainOwner::create("").unwrap();
         let node = create_node(owner.domain(), "test").unwrap();
         let mut scenario = Scenario::default();
         scenario.formation.uavs = 3;
-        let _services = Services::create(&node, &gate, &scenario).unwrap();
+        let _services = Services::create(&node, owner.domain(), &scenario, 8).unwrap();
         let publisher = roster().publisher(&node).unwrap();
         let send = |revision| {
             let mut roster = Roster::empty();

@@ -2,7 +2,8 @@
 //!
 //! Must never end the process: its own loop looks at the flag.
 
-use crate::BusError;
+use crate::{BusError, process::heeded};
+use signal_hook::consts::{SIGINT, SIGTERM};
 use std::{
     sync::{
         Arc,
@@ -16,15 +17,27 @@ use std::{
 /// longer; shorter costs each process started by hand a few system calls more.
 const WATCH_PERIOD: Duration = Duration::from_millis(500);
 
+/// The signals that ask a process to stop.
+const STOP_SIGNALS: [i32; 2] = [SIGTERM, SIGINT];
+
 /// Set once the process is asked to stop, and never reset.
 #[derive(Debug, Clone, Default)]
 pub struct StopFlag(Arc<AtomicBool>);
 
 impl StopFlag {
-    /// A flag that SIGTERM and SIGINT set.
+    /// A flag that SIGTERM and SIGINT set, each unless whoever started this process had it ignored.
     pub fn on_signals() -> Result<Self, BusError> {
+        Self::on(&heeded(&STOP_SIGNALS))
+    }
+
+    /// A flag that SIGTERM and SIGINT set in a process that a launcher stops by them, whatever the launcher itself ignores.
+    pub(crate) fn on_signals_of_launcher() -> Result<Self, BusError> {
+        Self::on(&STOP_SIGNALS)
+    }
+
+    fn on(signals: &[i32]) -> Result<Self, BusError> {
         let flag = Self::default();
-        for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        for signal in signals.iter().copied() {
             signal_hook::flag::register(signal, flag.0.clone())
                 .map_err(BusError::system("cannot handle signals"))?;
         }

@@ -1,11 +1,11 @@
 //! The vocabulary of a flight: what every process and every tool of ringwing agrees on.
 //!
-//! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for.
+//! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for and how fast time passes.
 //! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
-//!   account of a finished flight.
+//!   account of a finished flight, with the [`latency`] of its ticks.
 //! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`ring_order`] says which UAV
 //!   has which slot, and [`ring`] is the geometry of the UAVs still alive.
-//! - [`draw`] makes all seeded draws.
+//! - [`draw`] makes all seeded draws, and [`counted`] writes numbers of things.
 //!
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
 //! inputs.
@@ -16,6 +16,7 @@ pub mod draw;
 pub mod event;
 pub mod formation;
 pub mod id;
+pub mod latency;
 pub mod motion;
 pub mod pace;
 pub mod payload;
@@ -23,14 +24,16 @@ pub mod process_state;
 pub mod report;
 pub mod ring;
 pub mod ring_order;
+mod wording;
 
 pub use event::{
     AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, Reporter, TimedEvent,
 };
 pub use formation::Formation;
 pub use id::{Part, Tick, UavId};
+pub use latency::LatencyTally;
 pub use motion::{Pose, direction, wrap};
-pub use pace::Pace;
+pub use pace::{Pace, real_time_factor};
 pub use payload::{
     Account, AgeTicks, Avoided, Command, EventMessage, FlightMode, FormationError, JournalEntry,
     JournalHeader, LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedAircraft,
@@ -40,3 +43,4 @@ pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
 pub use ring::{LivingRing, OnLoss, Slot};
 pub use ring_order::RingOrder;
+pub use wording::counted;

@@ -30,6 +30,14 @@ impl Clock {
         EPOCH_S * NANOSECONDS + self.elapsed_ns(tick)
     }
 
+    /// The tick whose log time is `log_time_ns`, if there is one.
+    pub(crate) fn tick_at(self, log_time_ns: u64) -> Option<i64> {
+        let elapsed_ns = log_time_ns.checked_sub(EPOCH_S * NANOSECONDS)?;
+        // Log times are rounded down, by less than a period, so the quotient is rounded up.
+        let tick = (u128::from(elapsed_ns) * u128::from(self.rate_hz)).div_ceil(u128::from(NANOSECONDS));
+        i64::try_from(tick).ok().filter(|tick| self.elapsed_ns(*tick) == elapsed_ns)
+    }
+
     /// The log time of `tick` as Foxglove's messages have it.
     pub(crate) fn timestamp(self, tick: i64) -> Timestamp {
         let elapsed = self.elapsed_ns(tick);
@@ -68,6 +76,19 @@ mod tests {
         assert_eq!(clock.log_time_ns(-1), clock.log_time_ns(0));
         assert_eq!(clock.log_time_ns(1234) - clock.log_time_ns(0), 12_340_000_000);
         assert_eq!(clock.timestamp(1234), Timestamp::new(1_767_225_612, 340_000_000));
+    }
+
+    #[test]
+    fn a_log_time_gives_back_its_tick() {
+        for rate_hz in [1, 3, 7, 60, 100, 999, 1000] {
+            let clock = Clock::new(rate_hz);
+            for tick in (0..5000).chain([u32::MAX.into()]) {
+                assert_eq!(clock.tick_at(clock.log_time_ns(tick)), Some(tick), "{rate_hz} Hz");
+            }
+            for beside in [0, clock.log_time_ns(0) - 1, clock.log_time_ns(5) + 1, u64::MAX] {
+                assert_eq!(clock.tick_at(beside), None, "{rate_hz} Hz");
+            }
+        }
     }
 
     #[test]

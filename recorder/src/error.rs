@@ -65,10 +65,10 @@ mod tests {
     #[test]
     fn an_error_names_the_file_the_failure_and_the_remedy() {
         let full = io::Error::from(ErrorKind::StorageFull);
-        let error = RecorderError::log(Path::new("runs/a/run.mcap"), "written")(full);
+        let error = RecorderError::log(Path::new("runs/ring-k3x9ab/ring-k3x9ab.mcap"), "written")(full);
         assert_eq!(
             error.to_string(),
-            "log runs/a/run.mcap: cannot be written: no storage space; make room, choose another folder with \
+            "log runs/ring-k3x9ab/ring-k3x9ab.mcap: cannot be written: no storage space; make room, choose another folder with \
              `--out`, or fly with `--no-record`"
         );
     }

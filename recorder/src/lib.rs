@@ -27,4 +27,8 @@ mod testing;
 pub use error::RecorderError;
 pub use log::gap::Gap;
 pub use metrics::{FlightSummary, Metrics, judge};
-pub use process::{RecorderArgs, recording::RecorderReport, run};
+pub use process::{
+    RecorderArgs,
+    recording::{ADDED_FAULTS, RecorderReport, Recording},
+    run,
+};

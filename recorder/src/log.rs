@@ -2,13 +2,14 @@
 //!
 //! `write` writes it, on the `channels` of the schema and the file of `sink`. `takeover` rescues the log of a recorder that
 //! died: `salvage` reads it, `replay` puts its ticks together again, and `copy` moves its records. [`reader`] reads any log
-//! for the tools, [`recover`] rebuilds a damaged one, and `gap` counts lost ticks.
+//! for the tools, `input` opens it, [`recover`] rebuilds a damaged one, and `gap` counts lost ticks.
 //!
 //! Must never contain a wall-clock time, unless the timing of ticks is wanted.
 
 mod channels;
 pub(crate) mod copy;
 pub(crate) mod gap;
+mod input;
 pub mod reader;
 pub mod recover;
 pub(crate) mod replay;
@@ -17,7 +18,8 @@ mod sink;
 pub(crate) mod takeover;
 mod write;
 
-pub(crate) use write::{LogWriter, Opening};
+pub(crate) use write::LogWriter;
+pub use write::Opening;
 
 /// The metadata about the run: its name, seed, swarm and mode.
 pub(crate) const RUN: &str = "run";

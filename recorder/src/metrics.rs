@@ -7,8 +7,11 @@
 //! Must never know a log, a clock or a process, and must never use what the log does not hold.
 
 mod agreement;
+mod chance;
 mod coherence;
+mod fault_effects;
 mod frame;
+mod hold;
 mod links;
 mod lyapunov;
 mod obstacles;
@@ -19,22 +22,27 @@ mod settling;
 mod summary;
 mod verdict;
 
+pub use chance::{ChanceEvent, UnplannedLoss};
 pub use coherence::Coherence;
+pub use fault_effects::{FaultEffects, IdleFault};
 pub use frame::{AirframeSample, AvoidedThing, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
 pub use links::LinkTotals;
 pub use pairs::{Pairs, UavPair};
 pub use recovery::FaultRecovery;
 pub use ring::FlownRing;
 pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
-pub use verdict::judge;
+pub use verdict::{Verdict, judge};
 
 use agreement::AgreementWatch;
+use chance::ChanceWatch;
+use fault_effects::EffectWatch;
+use hold::Wholeness;
 use links::LinkTally;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
-use recovery::RecoveryWatch;
+use recovery::{Recoveries, RecoveryWatch};
 use ringwing_flight::{FlightMode, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
 use settling::Settling;
@@ -76,6 +84,8 @@ pub struct Metrics {
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
+    effects: EffectWatch,
+    chance: ChanceWatch,
     /// Disturbances whose tick has not come yet.
     disturbances: Vec<TimedEvent>,
     agreement: AgreementWatch,
@@ -115,7 +125,9 @@ impl Metrics {
             rate_hz: scenario.time.rate_hz,
             moment: Moment::default(),
             settling: Settling::new(scenario.time.rate_hz),
-            recovery: RecoveryWatch::default(),
+            recovery: RecoveryWatch::new(scenario.time.rate_hz),
+            chance: ChanceWatch::new(scenario),
+            effects: EffectWatch::new(scenario),
             disturbances: Vec::new(),
             agreement: AgreementWatch::default(),
             closest: ClosestSoFar::default(),
@@ -133,6 +145,8 @@ impl Metrics {
 
     /// Takes an event. It counts from its own tick on, whether it comes before or after the frame of that tick.
     pub fn on_event(&mut self, event: &TimedEvent) {
+        self.effects.on_event(event);
+        self.chance.on_event(event);
         if !event.event.is_disturbance() {
             return;
         }
@@ -171,13 +185,15 @@ impl Metrics {
         self.moment = self.measure(frame);
         self.moment.lyapunov_m2 = self.lyapunov.observe(frame, self.moment.commanded);
         self.moment.lyapunov_rises = self.lyapunov.rises();
-        self.settling.observe(frame.tick, self.moment.slot_error_max_m);
-        self.recovery.observe(frame.tick, self.moment.slot_error_max_m);
+        let wholeness = Wholeness::of(self.moment.commanded, self.moment.slot_error_max_m);
+        self.settling.observe(frame.tick, wholeness);
+        self.recovery.observe(frame.tick, wholeness);
         self.closest.observe(frame.tick, &self.moment.closest);
         for control in frame.uavs.iter().filter_map(|uav| uav.control.as_ref()) {
             self.commands.observe(control);
         }
         frame.links.iter().for_each(|counts| self.links.observe(counts));
+        self.effects.observe(frame);
     }
 
     /// Notes the position, speed and turn rate of every airframe in the sky.
@@ -225,8 +241,12 @@ impl Metrics {
     /// The flight in numbers, up to the last frame.
     pub fn summary(&self) -> FlightSummary {
         let share = |part: u64| (self.commands.all > 0).then(|| part as f64 / self.commands.all as f64);
+        let seconds = |tick: i64| Tick(tick).seconds(self.rate_hz);
+        let Recoveries { faults, moments, cut_short, longest_s, listed } = self.recovery.recoveries();
         FlightSummary {
-            settling_s: self.settling.settled_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
+            settling_s: self.settling.settled_at().map(seconds),
+            whole_since_s: self.settling.unfinished_since().map(seconds),
+            commanded: self.moment.commanded,
             slot_error_max_m: self.moment.slot_error_max_m,
             slot_error_rms_m: self.moment.slot_error_rms_m,
             neighbour_error_max_m: self.moment.neighbour_error_max_m,
@@ -241,9 +261,18 @@ impl Metrics {
             speed_max_m_s: self.envelope.map(|flown| flown.speed_max_m_s),
             turn_rate_max_rad_s: self.envelope.map(|flown| flown.turn_rate_max_rad_s),
             views: self.moment.views,
-            disagreed_until_s: self.agreement.disagreed_at().map(|tick| Tick(tick).seconds(self.rate_hz)),
-            faults: self.recovery.count(),
-            recoveries: self.recovery.recoveries(self.rate_hz),
+            disagreed_until_s: self.agreement.disagreed_at().map(seconds),
+            faults,
+            fault_moments: moments,
+            recoveries: listed,
+            recoveries_cut_short: cut_short,
+            recovery_max_s: longest_s,
+            unplanned_losses: self.chance.losses(),
+            unplanned_loss_list: self.chance.listed_losses(),
+            chance_events: self.chance.chances(),
+            chance_event_list: self.chance.listed_chances(),
+            broke_lockstep: self.chance.broke_lockstep(),
+            fault_effects: self.effects.effects(&self.links.totals()),
             ticks: self.ticks,
             ticks_lost: self.lost,
             last_tick: self.last_tick(),

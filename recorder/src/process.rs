@@ -13,7 +13,7 @@ use ports::RecorderPorts;
 use recording::Recording;
 use ringwing_bus::{Gate, Member, MemberArgs, report};
 use ringwing_flight::{FormationError, Part, Tick, WorldReport};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario};
 use std::{path::PathBuf, time::Duration};
 
 /// Records the flight of a run to one MCAP file, and measures it.
@@ -30,6 +30,9 @@ pub struct RecorderArgs {
     /// Keep wall-clock times out of the log: equal flights then make equal files, byte for byte.
     #[arg(long)]
     pub no_timing: bool,
+    /// When the run was started, in UTC, for the log of a real-time run.
+    #[arg(long, value_name = "TIME")]
+    pub started_at: Option<String>,
 }
 
 /// How long to wait for a batch before fetching anyway. A longer wait delays the progress line and the end of the process; a
@@ -46,10 +49,16 @@ pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
     let member = Member::join(&args.member, Part::Recorder)?;
     let text = member.domain().scenario_text()?;
     let scenario = member.scenario();
-    let opening = Opening { scenario, text: &text, timing: !args.no_timing };
+    let (timing, started_at) = (!args.no_timing, args.started_at.as_deref());
+    let opening = Opening { scenario, text: &text, timing, started_at };
     // Subscribe first: the flight may go on while a log is taken over.
     let ports = RecorderPorts::open(&member, &opening)?;
-    let begun = has_begun(&member.domain().gate()?);
+    let gate = member.domain().gate()?;
+    let begun = has_begun(&gate);
+    // What was sent before the ports were open never comes, and in lockstep the world would wait for it.
+    if let Some(open) = gate.tick() {
+        gate.set_recorded(open);
+    }
     let mut recording_loop =
         RecordingLoop::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
     let gate = member.announce_ready()?;
@@ -129,17 +138,22 @@ impl RecordingLoop {
     fn send_progress(&mut self, ports: &RecorderPorts) -> Result<(), RecorderError> {
         let Some(moment) = self.recording.moment() else { return Ok(()) };
         let interval = self.clock.interval(moment.tick, PROGRESS_HZ);
-        let Some(slot_error_max_m) = moment.slot_error_max_m.filter(|_| interval != self.progress) else {
+        if interval == self.progress {
             return Ok(());
-        };
+        }
         self.progress = interval;
-        let (tick, commanded) = (Tick(moment.tick), moment.commanded);
-        let error = FormationError { tick, slot_error_max_m, commanded, reserved: 0 };
-        ports.send_progress(error)
+        ports.send_progress(FormationError {
+            tick: Tick(moment.tick),
+            slot_error_max_m: moment.slot_error_max_m.unwrap_or_default(),
+            commanded: moment.commanded,
+            measured: moment.slot_error_max_m.is_some().into(),
+        })
     }
 
     fn finish(&mut self, member: &Member) -> Result<(), RecorderError> {
         let world = member.domain().report::<WorldReport>(report::WORLD)?;
+        let added = member.domain().report::<Vec<Fault>>(report::FAULTS)?;
+        self.recording.set_added_faults(added.unwrap_or_default());
         self.recording.finish(world.as_ref())
     }
 }

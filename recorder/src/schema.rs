@@ -12,7 +12,7 @@ mod uav;
 
 pub use event::LoggedEvent;
 pub(crate) use event::{EventWriter, log_line};
-pub use run::{Faults, LinkCounts, Timing};
+pub use run::{Faults, LinkCounts, Timing, TimingPercentiles};
 pub(crate) use swarm::rounded;
 pub use swarm::{SwarmMetrics, SwarmState, SwarmUav};
 pub use uav::{UavControl, UavState};
@@ -47,6 +47,7 @@ mod tests {
             outline::<UavState>(),
             outline::<UavControl>(),
             outline::<Timing>(),
+            outline::<TimingPercentiles>(),
             outline::<Faults>(),
             outline::<LinkCounts>(),
             outline::<SwarmMetrics>(),

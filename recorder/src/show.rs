@@ -10,4 +10,5 @@ pub(crate) mod geo;
 pub(crate) mod layout;
 pub mod palette;
 pub(crate) mod scene;
+mod timing;
 pub(crate) mod view;

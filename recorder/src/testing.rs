@@ -38,7 +38,7 @@ pub(crate) fn obstacle(position_m: [f64; 2]) -> ObstacleSection {
 
 /// What begins the log of `scenario`, without wall-clock times.
 pub(crate) fn opening(scenario: &Scenario) -> Opening<'_> {
-    Opening { scenario, text: TEXT, timing: false }
+    Opening { scenario, text: TEXT, timing: false, started_at: None }
 }
 
 /// A UAV on its way east at 15 m/s.

@@ -36,7 +36,7 @@ impl Everybody {
         let (owner, gate) = DomainOwner::create(&scenario.to_toml()).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
         Self {
-            _services: Services::create(&node, &gate, &scenario).unwrap(),
+            _services: Services::create(&node, owner.domain(), &scenario, 1024).unwrap(),
             scenario,
             journal: JournalWriter::open(&node, UAVS).unwrap(),
             events: services::world_events().publisher(&node).unwrap(),
@@ -135,7 +135,12 @@ fn wait_until(what: &str, condition: impl Fn() -> bool) {
 
 fn start(domain: DomainId, log: Option<PathBuf>) -> thread::JoinHandle<Result<(), RecorderError>> {
     thread::spawn(move || {
-        run(&RecorderArgs { member: MemberArgs { domain, launcher: None }, log, no_timing: false })
+        run(&RecorderArgs {
+            member: MemberArgs { domain, launcher: None },
+            log,
+            no_timing: false,
+            started_at: None,
+        })
     })
 }
 
@@ -161,7 +166,7 @@ fn a_flight_over_shared_memory_is_recorded_whole() {
     assert_eq!(result.metadata["verdict"], "passed");
     let each_tick = 6 + 6 + 1; // state, control, timing
     let twenty_a_second = 4; // leader, frames, swarm, metrics
-    let slower = 75 + 4 * 15 + 3; // links; trails, map twice, faults; what stands still
+    let slower = 75 + 5 * 15 + 3; // links; trails, map twice, faults, percentiles; what stands still
     let lines_and_events = 2 + 1;
     let messages = 1500 * each_tick + 300 * twenty_a_second + slower + lines_and_events;
     assert_eq!(MessageStream::new(&file).unwrap().count(), messages);

@@ -30,7 +30,7 @@ mod measurement;
 pub mod random;
 mod simulation;
 
-pub use measurement::{Flown, Measurement, fly};
+pub use measurement::{Flown, Frames, Measurement, fly};
 pub use simulation::Simulation;
 
 use ringwing_scenario::ScenarioError;

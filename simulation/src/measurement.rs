@@ -2,7 +2,9 @@
 
 use crate::{Simulation, SimulationError};
 use ringwing_flight::{Event, Tick, TimedEvent, UavId, WorldReport};
-use ringwing_recorder::metrics::{AirframeSample, FlightSummary, Frame, Metrics, Moment, TickSamples, judge};
+use ringwing_recorder::metrics::{
+    AirframeSample, FlightSummary, Frame, Metrics, Moment, TickSamples, Verdict, judge,
+};
 use ringwing_scenario::Scenario;
 
 /// How a flight went.
@@ -19,12 +21,12 @@ pub struct Flown {
 }
 
 impl Flown {
-    /// The name of the verdict: `passed`, `violated` or `failed`.
-    pub fn verdict(&self) -> &'static str {
+    /// The verdict on the flight.
+    pub fn verdict(&self) -> Verdict {
         match &self.report {
-            Some(report) if report.complete && self.violations.is_empty() => "passed",
-            Some(report) if report.complete => "violated",
-            _ => "failed",
+            Some(report) if report.complete && self.violations.is_empty() => Verdict::Passed,
+            Some(report) if report.complete => Verdict::Violated,
+            _ => Verdict::Failed,
         }
     }
 }
@@ -40,45 +42,36 @@ pub fn fly(scenario: &Scenario) -> Result<Flown, SimulationError> {
     Ok(measurement.finish(&simulation))
 }
 
-/// The recorder's measures of a simulated flight, for callers that step it themselves.
-pub struct Measurement {
+/// The ticks of a simulated flight as the recorder sees them.
+pub struct Frames {
     rate_hz: u32,
     samples: TickSamples,
     frame: Frame,
-    metrics: Metrics,
-    events: Vec<TimedEvent>,
-    /// The tick measured last.
-    measured: Option<Tick>,
+    /// The tick taken last.
+    taken: Option<Tick>,
 }
 
-impl Measurement {
-    /// The measures of a flight of `scenario`, before its first tick.
+impl Frames {
+    /// The frames of a flight of `scenario`, before its first tick.
     pub fn new(scenario: &Scenario) -> Self {
         Self {
             rate_hz: scenario.time.rate_hz,
             samples: TickSamples::new(scenario.formation.uavs as usize),
             frame: Frame::new(scenario),
-            metrics: Metrics::new(scenario),
-            events: Vec::new(),
-            measured: None,
+            taken: None,
         }
     }
 
-    /// Measures the tick flown last and takes the events of the step. Call it once after each [`Simulation::step`], also
-    /// after the last one. The approach, before tick 0, is not part of the flight: only its events count.
-    pub fn observe(&mut self, simulation: &Simulation) {
-        for event in simulation.events() {
-            self.metrics.on_event(event);
-            self.events.push(event.clone());
-        }
+    /// The frame of the tick flown last, if [`Simulation::step`] has flown one since the call before. The approach, before
+    /// tick 0, has no frame.
+    pub fn take(&mut self, simulation: &Simulation) -> Option<&Frame> {
         // A step in which nothing could fly, because the world has ended, leaves the tick before as the one flown last.
-        let is_new = |tick: &Tick| *tick >= Tick(0) && Some(*tick) > self.measured;
-        if let Some(tick) = simulation.flown().filter(is_new) {
-            self.measured = Some(tick);
-            self.collect_samples(simulation, tick);
-            self.frame.refill(&self.samples, self.rate_hz);
-            self.metrics.observe(&self.frame);
-        }
+        let is_new = |tick: &Tick| *tick >= Tick(0) && Some(*tick) > self.taken;
+        let tick = simulation.flown().filter(is_new)?;
+        self.taken = Some(tick);
+        self.collect_samples(simulation, tick);
+        self.frame.refill(&self.samples, self.rate_hz);
+        Some(&self.frame)
     }
 
     fn collect_samples(&mut self, simulation: &Simulation, tick: Tick) {
@@ -90,10 +83,36 @@ impl Measurement {
         self.samples.leader = simulation.led().copied();
         self.samples.links.extend_from_slice(simulation.links());
     }
+}
+
+/// The recorder's measures of a simulated flight, for callers that step it themselves.
+pub struct Measurement {
+    frames: Frames,
+    metrics: Metrics,
+    events: Vec<TimedEvent>,
+}
+
+impl Measurement {
+    /// The measures of a flight of `scenario`, before its first tick.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self { frames: Frames::new(scenario), metrics: Metrics::new(scenario), events: Vec::new() }
+    }
+
+    /// Measures the tick flown last and takes the events of the step. Call it once after each [`Simulation::step`], also
+    /// after the last one. The approach, before tick 0, is not part of the flight: only its events count.
+    pub fn observe(&mut self, simulation: &Simulation) {
+        for event in simulation.events() {
+            self.metrics.on_event(event);
+            self.events.push(event.clone());
+        }
+        if let Some(frame) = self.frames.take(simulation) {
+            self.metrics.observe(frame);
+        }
+    }
 
     /// The tick observed last, UAV by UAV.
     pub fn frame(&self) -> &Frame {
-        &self.frame
+        &self.frames.frame
     }
 
     /// The swarm as a whole in the tick observed last.
@@ -107,7 +126,7 @@ impl Measurement {
         let report = (!simulation.is_world_ended()).then(|| simulation.report());
         let is_collision = |timed: &&TimedEvent| matches!(timed.event, Event::Collision { .. });
         let collisions = self.events.iter().filter(is_collision).count();
-        let violations = judge(&simulation.scenario().requirements, &summary, collisions);
+        let violations = judge(simulation.scenario(), &summary, Some(collisions));
         Flown { report, summary, events: self.events, violations }
     }
 }

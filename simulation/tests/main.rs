@@ -11,4 +11,5 @@ mod random;
 mod resilience;
 mod rules;
 mod safety;
+mod storm;
 mod theory;

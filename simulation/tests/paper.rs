@@ -4,7 +4,7 @@
 
 use crate::support::{Flight, fly_to_end, preset};
 use ringwing_flight::UavId;
-use ringwing_recorder::metrics::TrueState;
+use ringwing_recorder::metrics::{TrueState, Verdict};
 use ringwing_scenario::Scenario;
 use std::thread;
 
@@ -67,7 +67,7 @@ fn section_4_2_obstacles_are_passed_and_the_formation_is_whole_again() {
     let scenario = preset("paper-4.2", &[]);
     let states = states(&scenario);
     let flown = ringwing_simulation::fly(&scenario).unwrap();
-    assert_eq!(flown.verdict(), "passed");
+    assert_eq!(flown.verdict(), Verdict::Passed);
     for uav in &states {
         assert_standard_formation(&uav[9000].0);
     }

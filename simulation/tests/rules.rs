@@ -2,6 +2,7 @@
 
 use crate::support::{Flight, agent, preset, with_faults};
 use ringwing_flight::{Event, FlightMode, Part, ProcessAction, Tick, UavId};
+use ringwing_recorder::metrics::Verdict;
 use ringwing_scenario::Scenario;
 use ringwing_simulation::{Flown, Simulation, SimulationError, fly};
 
@@ -199,7 +200,7 @@ fn a_killed_or_stopped_world_ends_the_flight_before_the_tick_without_a_report() 
     for fault in ["at 2 s kill world", "at 2 s stop world"] {
         let flown = flown(&[fault]);
         assert!(flown.report.is_none());
-        assert_eq!((flown.verdict(), flown.summary.last_tick), ("failed", Some(199)));
+        assert_eq!((flown.verdict(), flown.summary.last_tick), (Verdict::Failed, Some(199)));
         let last = flown.events.last().unwrap();
         assert_eq!(last.tick, Tick(200));
         assert!(matches!(last.event, Event::ProcessFault { part: Part::World, .. }), "{fault}: {last:?}");

@@ -4,7 +4,7 @@
 //! Must never act on a notice: the supervisor does, one notice at a time.
 
 use super::{LaunchError, fault_queue::LiveRequest};
-use ringwing_bus::Gate;
+use ringwing_bus::{Gate, heeded};
 use ringwing_flight::ProcessEnd;
 use rustix::{
     event::{PollFd, PollFlags, poll},
@@ -12,7 +12,7 @@ use rustix::{
     process::{Pid, PidfdFlags, WaitOptions, WaitStatus, pidfd_open, wait},
 };
 use signal_hook::{
-    consts::{SIGHUP, SIGINT, SIGTERM},
+    consts::{SIGHUP, SIGINT, SIGTERM, SIGTSTP},
     iterator::Signals,
 };
 use std::{
@@ -48,6 +48,8 @@ pub(super) enum Notice {
     },
     /// The user wants the run to end.
     Interrupt,
+    /// The user wants the run to stop until it is continued (Ctrl-Z).
+    Suspend,
     /// The world holds a tick until a fault is applied.
     Held,
     /// Somebody asks for a fault, or for the list of faults.
@@ -90,7 +92,8 @@ impl Inbox {
         let children = sender.clone();
         spawn_thread("the thread that waits for processes", move || report_children(&children))?;
         let failed = |source| LaunchError::Spawn { what: "the signal handler".into(), source };
-        let signals = Signals::new([SIGINT, SIGTERM, SIGHUP]).map_err(failed)?;
+        // What was ignored when the launcher started, for example by `nohup`, stays ignored.
+        let signals = Signals::new(heeded(&[SIGINT, SIGTERM, SIGHUP, SIGTSTP])).map_err(failed)?;
         let user = sender.clone();
         spawn_thread("the thread that waits for signals", move || report_signals(signals, &user))?;
         Ok(Self { sender, receiver })
@@ -155,8 +158,9 @@ fn change_of(status: WaitStatus) -> ProcessChange {
 }
 
 fn report_signals(mut signals: Signals, inbox: &Sender<Notice>) {
-    for _ in signals.forever() {
-        if inbox.send(Notice::Interrupt).is_err() {
+    for signal in signals.forever() {
+        let notice = if signal == SIGTSTP { Notice::Suspend } else { Notice::Interrupt };
+        if inbox.send(notice).is_err() {
             return;
         }
     }

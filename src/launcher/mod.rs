@@ -10,32 +10,43 @@ mod faults;
 mod inbox;
 mod janitor;
 mod lifecycle;
+mod pause;
 mod ports;
 mod process_table;
 mod progress;
 mod spawner;
 mod supervisor;
 
+pub(crate) use progress::Progress;
+
 use inbox::Inbox;
 use ports::LauncherPorts;
 use ringwing_bench::MeasureArgs;
 use ringwing_bus::{
-    BusError, Domain, Placement, Services, create_node,
+    BusError, Capacity, Demand, Domain, Placement, Services, create_node,
     domain::{DomainOwner, remove_abandoned},
+    write_whole,
 };
 use ringwing_flight::{Part, WorldReport};
 use ringwing_recorder::RecorderReport;
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario};
 use std::{
     collections::BTreeSet,
     fs, io,
-    path::PathBuf,
+    os::unix::fs::symlink,
+    path::{Path, PathBuf},
     time::{Duration, Instant},
 };
 use supervisor::Supervisor;
 
-/// Name of the log in the run's folder.
-pub(crate) const LOG: &str = "run.mcap";
+/// The link beside the folders of runs that leads to the newest one.
+const LATEST: &str = "latest";
+
+/// The log in the `folder` of a run. It is named after the run, because viewers show a file's name and not its folder.
+pub(crate) fn log_in(folder: &Path) -> PathBuf {
+    let run = folder.file_name().unwrap_or_default().to_string_lossy();
+    folder.join(format!("{run}.mcap"))
+}
 
 /// What to launch.
 #[derive(Debug, Clone)]
@@ -81,6 +92,8 @@ pub(crate) struct Outcome {
     pub(crate) recorder: Option<RecorderReport>,
     /// Why the run failed, if it did.
     pub(crate) failures: Vec<String>,
+    /// The faults that were asked for during the flight.
+    pub(crate) added_faults: Vec<Fault>,
     /// The last tick flown.
     pub(crate) ticks: i64,
     /// Wall-clock time from the first tick to the last.
@@ -104,7 +117,7 @@ pub(crate) enum LaunchError {
     #[error(transparent)]
     Bus(#[from] BusError),
     /// A process or thread cannot be started.
-    #[error("{what} cannot be started: {source}")]
+    #[error("{what} cannot be started: {source}{}", spawn_remedy(source))]
     Spawn {
         /// The process or thread.
         what: String,
@@ -113,17 +126,33 @@ pub(crate) enum LaunchError {
     },
 }
 
+/// What to do about a process or thread that cannot be started.
+fn spawn_remedy(source: &io::Error) -> &'static str {
+    match source.kind() {
+        // Too many processes: of this user, of its control group, or of the machine.
+        io::ErrorKind::WouldBlock => {
+            "; raise `ulimit -u`, start the container with a higher `--pids-limit`, or fly fewer UAVs"
+        }
+        io::ErrorKind::OutOfMemory => "; end other programs, or fly fewer UAVs",
+        _ => "",
+    }
+}
+
 /// Flies `plan` to its end, and says how it went.
 pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let begin = Instant::now();
     // Open the inbox first: from here on an interrupt ends the run in order.
     let inbox = Inbox::open()?;
     remove_abandoned();
+    // Before anything is made: a run that lacks something later ends by a signal, and says nothing.
+    let demand = Demand::of(&plan.scenario, plan.recorder);
+    let journal_depth = Capacity::look().admit(&demand).map_err(BusError::from)?;
     let resolved = plan.scenario.to_toml();
     let (owner, gate) = DomainOwner::create(&resolved)?;
+    demand.set_aside(owner.domain(), journal_depth)?;
     let folder = make_folder(plan, owner.domain(), &resolved)?;
     let node = create_node(owner.domain(), "launcher")?;
-    let services = Services::create(&node, &gate, &plan.scenario)?;
+    let services = Services::create(&node, owner.domain(), &plan.scenario, journal_depth)?;
     let ports = LauncherPorts::open(node, services)?;
     Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)
 }
@@ -135,9 +164,25 @@ fn make_folder(plan: &Plan, domain: &Domain, resolved: &str) -> Result<PathBuf, 
     let config = folder.join("config");
     fs::create_dir_all(&config).map_err(|source| LaunchError::Folder { path: folder.clone(), source })?;
     let write = |path: PathBuf, text: &str| {
-        fs::write(&path, text).map_err(|source| LaunchError::Folder { path, source })
+        write_whole(&path, text).map_err(|source| LaunchError::Folder { path, source })
     };
     write(folder.join("scenario.toml"), resolved)?;
     write(config.join("iceoryx2.toml"), &domain.iox2_config())?;
+    link_latest(&folder);
     Ok(folder)
+}
+
+/// Lets `latest`, beside the `folder` of a run, lead to it.
+pub(crate) fn link_latest(folder: &Path) {
+    let Some(run) = folder.file_name() else { return };
+    let (link, draft) = (folder.with_file_name(LATEST), folder.join(LATEST));
+    // A file or folder of that name is the user's.
+    if link.symlink_metadata().is_ok_and(|found| !found.is_symlink()) {
+        return;
+    }
+    // Moved into place in one step, because runs may start at the same time. On a file system without links, only a
+    // convenience is lost.
+    if symlink(run, &draft).and_then(|()| fs::rename(&draft, link)).is_err() {
+        let _ = fs::remove_file(draft);
+    }
 }

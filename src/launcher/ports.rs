@@ -4,7 +4,7 @@
 //! Must never read or write a board of the tick path.
 
 use iceoryx2::{node::Node, prelude::ipc};
-use ringwing_bus::{BusError, Gate, Publisher, Services, Subscriber, services};
+use ringwing_bus::{BusError, Domain, Publisher, Services, Subscriber, services};
 use ringwing_flight::{EventMessage, FormationError, Part, Roster};
 
 /// The launcher's ports.
@@ -35,7 +35,7 @@ impl LauncherPorts {
     }
 
     /// Prepares the services for the next process of `part`, after its last one has ended.
-    pub(super) fn renew(&mut self, gate: &Gate, part: Part) -> Result<(), BusError> {
-        self.services.renew(&self.node, gate, part)
+    pub(super) fn renew(&mut self, domain: &Domain, part: Part) -> Result<(), BusError> {
+        self.services.renew(&self.node, domain, part)
     }
 }

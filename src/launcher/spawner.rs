@@ -11,6 +11,7 @@ use std::{
     os::unix::process::CommandExt,
     path::PathBuf,
     process::{Command, Stdio},
+    time::SystemTime,
 };
 
 /// Starts the processes of one run.
@@ -20,12 +21,16 @@ pub(super) struct Spawner<'a> {
     domain: DomainId,
     /// Where the recorder writes its log, if it writes one.
     log: Option<PathBuf>,
+    /// When the run was started, for the log of every recorder of the run.
+    started_at: String,
 }
 
 impl<'a> Spawner<'a> {
     /// A spawner for the run of `plan` in `domain`, whose recorder writes to `log`.
     pub(super) fn new(plan: &'a Plan, domain: &DomainId, log: Option<PathBuf>) -> Self {
-        Self { plan, domain: domain.clone(), log }
+        // To the millisecond: the flight begins a fraction of a second later.
+        let started_at = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
+        Self { plan, domain: domain.clone(), log, started_at }
     }
 
     /// What a user types to start `part` by hand.
@@ -73,7 +78,12 @@ impl<'a> Spawner<'a> {
     fn log_arguments(&self) -> Vec<String> {
         let Some(log) = &self.log else { return Vec::new() };
         let mut arguments = vec!["--log".into(), log.display().to_string()];
-        arguments.extend((!self.plan.timing).then(|| "--no-timing".into()));
+        if !self.plan.timing {
+            arguments.push("--no-timing".into());
+        } else if self.plan.scenario.time.real_time {
+            // A flight in lockstep has no time of day.
+            arguments.extend(["--started-at".into(), self.started_at.clone()]);
+        }
         arguments
     }
 }

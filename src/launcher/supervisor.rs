@@ -4,19 +4,23 @@
 //! Must never decide by itself what a change of a process means, and must never sleep through a notice.
 
 use super::{
-    LOG, LaunchError, Outcome, Plan,
+    LaunchError, Outcome, Plan,
     fault_queue::FaultQueue,
     inbox::{Inbox, Notice, ProcessChange, Reply},
     janitor::Janitor,
     lifecycle::{Attendant, Effect, Input, RunStage, SupervisionLimits},
+    log_in,
     ports::LauncherPorts,
     process_table::ProcessTable,
     progress::Progress,
     spawner::{Spawner, send_signal},
 };
-use ringwing_bus::{Domain, Gate, Stamps, is_running, report};
-use ringwing_flight::{Event, EventMessage, Pace, Part, Tick, TimedEvent, WorldReport};
+use ringwing_bus::{
+    AwakeClock, Domain, Gate, Patience, Shortage, Stamps, domain::Reserve, is_running, report,
+};
+use ringwing_flight::{Event, EventMessage, Pace, Part, ProcessEnd, Tick, TimedEvent, WorldReport};
 use ringwing_scenario::Scenario;
+use signal_hook::consts::SIGBUS;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -29,8 +33,8 @@ const BUSY_WAIT: Duration = Duration::from_millis(1);
 /// Longest wait for a notice otherwise. Longer makes the progress line and real-time faults late; shorter wakes the
 /// launcher for nothing while others need the processor.
 const IDLE_WAIT: Duration = Duration::from_millis(20);
-/// How long processes may take to leave once the flight is over. The recorder closes its log meanwhile: a shorter limit
-/// kills it on a slow disk.
+/// How long processes may take to leave at least, once the flight is over. The recorder closes its log meanwhile: a shorter
+/// limit kills it on a slow disk.
 const LEAVE_LIMIT: Duration = Duration::from_secs(10);
 
 /// A run, from its first process to its last.
@@ -46,8 +50,9 @@ pub(super) struct Supervisor<'a> {
     pub(super) faults: FaultQueue<'a, Reply>,
     pub(super) progress: Progress<'a>,
     folder: PathBuf,
-    /// What the lifecycles' clock counts from.
-    begin: Instant,
+    /// The lifecycles' clock. It stands still while the launcher is stopped, so that a run that was stopped as a whole
+    /// finds no process late.
+    pub(super) clock: AwakeClock,
     /// Whether every process has been ready or lost once. Only then does the world get its first roster.
     is_prepared: bool,
     /// The revision of the last roster; 0 before the first.
@@ -80,7 +85,7 @@ impl<'a> Supervisor<'a> {
         if scenario.pace() == Pace::Lockstep {
             inbox.watch_holds(domain.gate()?)?;
         }
-        let log = plan.record.then(|| folder.join(LOG));
+        let log = plan.record.then(|| log_in(folder));
         let is_by_hand = |part| plan.needs(part) && plan.by_hand.contains(&part);
         Ok(Self {
             plan,
@@ -94,7 +99,7 @@ impl<'a> Supervisor<'a> {
             faults: FaultQueue::new(scenario),
             progress: Progress::new(scenario, plan.quiet),
             folder: folder.to_owned(),
-            begin: Instant::now(),
+            clock: AwakeClock::start(),
             is_prepared: false,
             revision: 0,
             is_interrupted: false,
@@ -146,6 +151,8 @@ impl<'a> Supervisor<'a> {
 
     /// Starts all processes and waits until each is ready or lost.
     fn start_processes(&mut self) -> Result<(), LaunchError> {
+        // The processes are about to use what is left of this memory.
+        self.domain.release(Reserve::Swarm);
         for part in self.parts() {
             if self.plan.needs(part) && !self.plan.by_hand.contains(&part) {
                 self.carry_out(part, Effect::Spawn)?;
@@ -154,6 +161,7 @@ impl<'a> Supervisor<'a> {
         while self.processes.is_any_starting() && self.stage() != RunStage::Over {
             self.wait(BUSY_WAIT)?;
         }
+        self.domain.pin_segments(self.plan.scenario.ipc.payload_bytes)?;
         self.is_prepared = true;
         self.publish_roster()
     }
@@ -170,17 +178,22 @@ impl<'a> Supervisor<'a> {
 
     /// Waits until all processes have left by themselves; kills frozen ones at once and late ones after a time limit.
     fn wait_for_ends(&mut self) -> Result<(), LaunchError> {
-        let since = Instant::now();
-        let mut is_late = false;
+        // A large swarm takes as long to leave as to start.
+        let limit = self.plan.scenario.start_limit().max(LEAVE_LIMIT);
+        let (mut patience, mut is_late) = (Patience::of(limit), false);
         while !self.processes.living().is_empty() {
             for part in self.processes.frozen() {
-                self.progress.print(&format!("{part} was still frozen at the end; killed"));
+                self.progress.print_warning(&format!("{part} was still frozen at the end; killed"));
                 self.report(part, Input::Killed)?;
             }
-            if since.elapsed() > LEAVE_LIMIT && !is_late {
+            if patience.is_over() && !is_late {
                 is_late = true;
                 let names: Vec<String> = self.processes.living().iter().map(ToString::to_string).collect();
-                self.failures.push(format!("{} did not leave and was killed", names.join(", ")));
+                self.failures.push(format!(
+                    "{} did not leave within {:.0} s and was killed: raise supervision.start_timeout_s",
+                    names.join(", "),
+                    limit.as_secs_f64()
+                ));
                 self.kill_all()?;
             }
             self.wait(BUSY_WAIT)?;
@@ -211,10 +224,12 @@ impl<'a> Supervisor<'a> {
         match self.inbox.next(limit) {
             Some(Notice::Process { pid, change }) => self.on_process_change(pid, change)?,
             Some(Notice::Interrupt) => self.on_interrupt()?,
+            Some(Notice::Suspend) => self.suspend(),
             Some(Notice::Request(request)) => self.on_request(request)?,
             // A hold only ends the wait: the caller applies faults after every wait.
             Some(Notice::Held) | None => {}
         }
+        self.note_pause()?;
         self.note_ready_processes()?;
         self.parts().try_for_each(|part| self.report(part, Input::ClockTicked))?;
         self.receive()
@@ -227,9 +242,11 @@ impl<'a> Supervisor<'a> {
             ProcessChange::Continued => self.report(part, Input::Continued),
             ProcessChange::Ended(end) => {
                 self.gate.set_ready_process(part, None);
-                // Whoever takes this part next, spawned or started by hand, finds its services ready.
-                if self.stage() != RunStage::Over {
-                    self.ports.renew(&self.gate, part)?;
+                self.late_failures.extend(full_memory(part, end));
+                // Whoever takes this part next, spawned or started by hand, finds its services ready. Nobody can take
+                // that of the world.
+                if self.stage() != RunStage::Over && part != Part::World {
+                    self.ports.renew(self.domain, part)?;
                 }
                 self.report(part, Input::Ended(end))
             }
@@ -269,7 +286,7 @@ impl<'a> Supervisor<'a> {
 
     /// Reports `input` to the process `part`, and carries out the effects.
     pub(super) fn report(&mut self, part: Part, input: Input) -> Result<(), LaunchError> {
-        let (now, stage) = (self.begin.elapsed(), self.stage());
+        let (now, stage) = (self.clock.awake(), self.stage());
         let effects = self.processes.get_mut(part).on(input, now, stage);
         effects.into_iter().try_for_each(|effect| self.carry_out(part, effect))
     }
@@ -283,12 +300,15 @@ impl<'a> Supervisor<'a> {
                 self.report(part, Input::Spawned { pid })?;
             }
             Effect::Watch { pid } => self.inbox.watch_stranger(pid)?,
-            Effect::CleanUp { is_planned: true } => self.janitor.clean_later(self.gate.tick()),
-            Effect::CleanUp { is_planned: false } => self.janitor.clean(),
+            // A recorder leaves nothing to read, and its successor needs its places at the services.
+            Effect::CleanUp { is_planned: true } if part != Part::Recorder => {
+                self.janitor.clean_later(self.gate.tick());
+            }
+            Effect::CleanUp { .. } => self.janitor.clean(),
             Effect::PublishRoster => self.publish_roster()?,
             Effect::EndRun(why) => self.failures.push(why),
             Effect::FailAtEnd(why) => {
-                self.progress.print(&why);
+                self.progress.print_error(&why);
                 self.late_failures.push(why);
             }
         }
@@ -307,7 +327,7 @@ impl<'a> Supervisor<'a> {
         Ok(())
     }
 
-    fn log_event(&mut self, event: Event) -> Result<(), LaunchError> {
+    pub(super) fn log_event(&mut self, event: Event) -> Result<(), LaunchError> {
         self.log_event_at(self.gate.tick().unwrap_or(Tick(0)), event)
     }
 
@@ -333,7 +353,7 @@ impl<'a> Supervisor<'a> {
     /// How the run went, from what its processes have left.
     fn outcome(&mut self, times: &FlightTimes) -> Result<Outcome, LaunchError> {
         // Remove the draft of a recorder that was killed during a takeover. The log itself is whole.
-        let _ = fs::remove_file(self.folder.join(LOG).with_extension("mcap.part"));
+        let _ = fs::remove_file(log_in(&self.folder).with_extension("mcap.part"));
         let world: Option<WorldReport> = self.domain.report(report::WORLD)?;
         let mut failures = std::mem::take(&mut self.failures);
         failures.append(&mut self.late_failures);
@@ -348,6 +368,7 @@ impl<'a> Supervisor<'a> {
         }
         Ok(Outcome {
             folder: self.folder.clone(),
+            added_faults: self.faults.added().to_vec(),
             recorder: self.domain.report(report::RECORDER)?,
             ticks: world.as_ref().map_or_else(|| self.progress.last_tick().0, |world| world.last_tick),
             world,
@@ -358,11 +379,16 @@ impl<'a> Supervisor<'a> {
     }
 }
 
+/// Why `part` came to its `end`, if the reason is that shared memory is full.
+fn full_memory(part: Part, end: ProcessEnd) -> Option<String> {
+    let full = (end == ProcessEnd::Killed(SIGBUS)).then(Shortage::of_full_memory)??;
+    Some(format!("{part} {end} (SIGBUS): {full}"))
+}
+
 fn limits(scenario: &Scenario) -> SupervisionLimits {
-    let supervision = &scenario.supervision;
     SupervisionLimits {
         start: scenario.start_limit(),
-        freeze: Duration::from_secs_f64(supervision.answer_timeout_s),
-        replacements: supervision.replacements,
+        freeze: scenario.answer_limit(),
+        replacements: scenario.supervision.replacements,
     }
 }

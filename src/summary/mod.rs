@@ -2,13 +2,16 @@
 //!
 //! Never reports 0 for a value that does not exist: the value is null in the JSON and a dash in the text.
 
+mod disturbances;
+mod faults;
+mod line;
 mod text;
 
 use crate::{
     FAILED, VIOLATED,
-    launcher::{LOG, Outcome},
+    launcher::{Outcome, log_in},
 };
-use ringwing_flight::{Collider, Collision, Latency, WorldReport};
+use ringwing_flight::{Collider, Collision, Latency, WorldReport, real_time_factor};
 use ringwing_recorder::{
     judge,
     metrics::{FlightSummary, ObstacleSummary},
@@ -18,7 +21,8 @@ use serde::Serialize;
 use std::process::ExitCode;
 
 /// The verdict on a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// From the best to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Verdict {
     /// The run flew and met its requirements.
@@ -45,6 +49,8 @@ impl Verdict {
 pub(crate) struct Summary {
     scenario: String,
     seed: u64,
+    /// The seed again. Programs that read every number as a float, such as `jq`, round one above 2^53.
+    seed_text: String,
     uavs: u32,
     law: ringwing_scenario::Law,
     rate_hz: u32,
@@ -58,9 +64,12 @@ pub(crate) struct Summary {
     pub(crate) verdict: Verdict,
     failures: Vec<String>,
     violations: Vec<String>,
+    /// Whether chance had no part in the flight; the events by chance are in `flight`.
+    repeatable: Option<bool>,
+    unplanned_losses: Option<u64>,
     settling_s: Option<f64>,
     faults: Option<u64>,
-    /// The longest recovery from a fault; `None` if there was no fault, or if the formation never recovered from one.
+    /// The longest recovery from a fault; `None` unless the formation was seen to recover from every fault.
     recovery_max_s: Option<f64>,
     slot_error_max_m: Option<f64>,
     slot_error_rms_m: Option<f64>,
@@ -92,16 +101,33 @@ pub(crate) struct LogFindings {
     pub(crate) flight: FlightSummary,
     /// Number of the last tick with a UAV in it.
     pub(crate) ticks: i64,
-    pub(crate) collisions: usize,
+    /// What the world counted, if the recorder lived to write that.
+    pub(crate) world: LoggedWorld,
+    /// The collisions in the log, in order of time.
+    pub(crate) collisions: Vec<Collision>,
     /// Why the log does not hold a whole flight.
     pub(crate) failures: Vec<String>,
-    pub(crate) payload_hash: Option<String>,
     pub(crate) latency: Option<Latency>,
     /// Path of the log.
     pub(crate) log: String,
     pub(crate) messages: u64,
     /// The command that repeats the flight.
     pub(crate) command: String,
+}
+
+/// The world's account of the flight, as far as the log holds it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct LoggedWorld {
+    pub(crate) payload_hash: Option<String>,
+    /// The number of collisions.
+    pub(crate) collisions: Option<usize>,
+    pub(crate) failsafes: Option<u32>,
+    pub(crate) refused_commands: Option<u64>,
+    pub(crate) reused_commands: Option<u64>,
+    pub(crate) missed_deadlines: Option<u64>,
+    pub(crate) unanswered_ticks: Option<u64>,
+    pub(crate) late_max_us: Option<f64>,
+    pub(crate) latency: Option<Latency>,
 }
 
 /// A collision as the summary lists it.
@@ -140,8 +166,7 @@ impl Summary {
         Self {
             start_s: Some(outcome.start_time.as_secs_f64()),
             wall_s: Some(wall_s),
-            // A run that fails before its flight has no flight time.
-            real_time_factor: (wall_s > 0.0).then(|| flown.simulated_s / wall_s),
+            real_time_factor: real_time_factor(flown.simulated_s, wall_s),
             payload_hash: world.map(|world| world.payload_hash.clone()),
             verdict: verdict(&failures, &violations),
             failures,
@@ -155,7 +180,7 @@ impl Summary {
             unanswered_ticks: count(|world| world.unanswered_ticks),
             late_max_us: world.map(|world| world.late_max_us),
             latency: world.and_then(|world| world.latency),
-            log: recorded.then(|| outcome.folder.join(LOG).display().to_string()),
+            log: recorded.then(|| log_in(&outcome.folder).display().to_string()),
             // With `--no-record` there is a recorder too, for the measures, but no log.
             log_messages: outcome.recorder.as_ref().filter(|_| recorded).map(|report| report.messages),
             command,
@@ -165,13 +190,22 @@ impl Summary {
 
     /// The summary of a flight from its log, which does not hold the wall-clock times of the run.
     pub(crate) fn of_log(scenario: &Scenario, found: LogFindings) -> Self {
-        let violations = judge(&scenario.requirements, &found.flight, found.collisions);
+        // The log of a recorder that was replaced may lack events; the world has counted every collision.
+        let collisions = found.world.collisions.unwrap_or(found.collisions.len());
+        let violations = judge(scenario, &found.flight, Some(collisions));
         Self {
             verdict: verdict(&found.failures, &violations),
             failures: found.failures,
             violations,
-            collisions: Some(found.collisions),
-            payload_hash: found.payload_hash,
+            collisions: Some(collisions),
+            collision_list: Some(collision_rows(&found.collisions, scenario)),
+            failsafes: found.world.failsafes,
+            refused_commands: found.world.refused_commands,
+            reused_commands: found.world.reused_commands,
+            missed_deadlines: found.world.missed_deadlines,
+            unanswered_ticks: found.world.unanswered_ticks,
+            late_max_us: found.world.late_max_us,
+            payload_hash: found.world.payload_hash,
             latency: found.latency,
             log: Some(found.log),
             log_messages: Some(found.messages),
@@ -183,9 +217,12 @@ impl Summary {
     /// The part of a summary that the flight decides; the rest is left empty.
     fn flown(scenario: &Scenario, ticks: i64, flight: Option<FlightSummary>) -> Self {
         let of = |get: fn(&FlightSummary) -> Option<f64>| flight.as_ref().and_then(get);
+        // A run that ends before its flight stops at the approach, a tick before tick 0.
+        let ticks = ticks.max(0);
         Self {
             scenario: scenario.name.clone(),
             seed: scenario.seed,
+            seed_text: scenario.seed.to_string(),
             uavs: scenario.formation.uavs,
             law: scenario.control.law,
             rate_hz: scenario.time.rate_hz,
@@ -200,9 +237,11 @@ impl Summary {
             verdict: Verdict::Failed,
             failures: Vec::new(),
             violations: Vec::new(),
+            repeatable: flight.as_ref().map(|flight| flight.chance_events == 0),
+            unplanned_losses: flight.as_ref().map(|flight| flight.unplanned_losses),
             settling_s: of(|flight| flight.settling_s),
             faults: flight.as_ref().map(|flight| flight.faults),
-            recovery_max_s: of(longest_recovery_s),
+            recovery_max_s: of(|flight| flight.recovery_max_s),
             slot_error_max_m: of(|flight| flight.slot_error_max_m),
             slot_error_rms_m: of(|flight| flight.slot_error_rms_m),
             neighbour_error_max_m: of(|flight| flight.neighbour_error_max_m),
@@ -228,16 +267,15 @@ impl Summary {
         }
     }
 
+    /// Why the run or its log is not whole.
+    pub(crate) fn failures(&self) -> &[String] {
+        &self.failures
+    }
+
     /// The content of `summary.json`.
     pub(crate) fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("a summary has only strings for keys")
     }
-}
-
-/// The longest recovery, if the formation recovered from every fault.
-fn longest_recovery_s(flight: &FlightSummary) -> Option<f64> {
-    let all: Option<Vec<f64>> = flight.recoveries.iter().map(|recovery| recovery.recovery_s).collect();
-    all?.into_iter().reduce(f64::max)
 }
 
 /// The failures of the run and the requirements that it violated.
@@ -253,8 +291,8 @@ fn judged(scenario: &Scenario, outcome: &Outcome) -> (Vec<String>, Vec<String>) 
         }
         return (failures, Vec::new());
     };
-    let collisions = outcome.world.as_ref().map_or(0, |world| world.collisions.len());
-    (failures, judge(&scenario.requirements, &report.summary, collisions))
+    let collisions = outcome.world.as_ref().map(|world| world.collisions.len());
+    (failures, judge(scenario, &report.summary, collisions))
 }
 
 fn verdict(failures: &[String], violations: &[String]) -> Verdict {
@@ -264,3 +302,6 @@ fn verdict(failures: &[String], violations: &[String]) -> Verdict {
         (true, true) => Verdict::Passed,
     }
 }
+
+#[cfg(test)]
+mod tests;

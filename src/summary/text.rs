@@ -2,41 +2,49 @@
 //!
 //! Never computes a value; each is in the summary already.
 
-use super::{Summary, Verdict};
-use ringwing_flight::Latency;
-use ringwing_recorder::metrics::{ClosestPair, FaultRecovery, FlightSummary, LinkTotals, ObstacleSummary};
-use std::fmt;
+use super::{
+    Summary, Verdict,
+    disturbances::{write_chance, write_losses, write_recoveries},
+    faults::effect_lines,
+    line::{NOT_SEEN, is_narrow, line, paragraph},
+};
+use crate::output;
+use ringwing_flight::{Latency, counted};
+use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary, UavSummary};
+use std::{fmt, io};
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
 const LISTED_UAVS: usize = 12;
-/// Faults listed one by one; the summary only counts the others. More lines push the verdict off a terminal.
-const LISTED_FAULTS: usize = 12;
 /// UAVs named after an obstacle that repelled them; the summary only counts the others. More names make the line too
 /// long for a terminal.
 const LISTED_REPELLED: usize = 6;
 
+/// `{:#}` is coloured, and `{:80}` fits a terminal of 80 columns.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mode = if self.real_time { "real time" } else { "lockstep" };
         let Self { scenario, uavs, rate_hz, seed, .. } = self;
-        writeln!(f, "{scenario}: {uavs} UAVs, {} law, {rate_hz} Hz, {mode}, seed {seed}\n", self.law.name())?;
+        let (swarm, law) = (counted(*uavs, "UAV"), self.law.name());
+        paragraph(f, "", &format!("{scenario}: {swarm}, {law} law, {rate_hz} Hz, {mode}, seed {seed}"))?;
+        writeln!(f)?;
         if let Some(flight) = &self.flight {
             write_uavs(f, flight)?;
+            write_commanded(f, flight, *uavs)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
+            for [label, value, remark] in effect_lines(&flight.fault_effects) {
+                line(f, &label, &value, &remark)?;
+            }
             write_recoveries(f, flight)?;
+            write_losses(f, flight)?;
             write_agreement(f, flight)?;
             write_saturation(f, flight)?;
             write_links(f, flight)?;
+            write_lost_ticks(f, flight)?;
         }
         self.write_world(f)?;
         self.write_verdict(f)
     }
-}
-
-/// Writes one line: a label, its value and a remark.
-fn line(f: &mut fmt::Formatter<'_>, label: &str, value: &str, remark: &str) -> fmt::Result {
-    writeln!(f, "{}", format!("  {label:<34} {value:<14} {remark}").trim_end())
 }
 
 /// A distance with its unit, or a dash if it does not exist.
@@ -48,21 +56,53 @@ fn write_uavs(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result
     if flight.uavs.is_empty() || flight.uavs.len() > LISTED_UAVS {
         return Ok(());
     }
+    if is_narrow(f) {
+        flight.uavs.iter().try_for_each(|uav| write_uav_in_words(f, uav))?;
+        return writeln!(f);
+    }
     writeln!(f, "  at the end   slot error   to previous       to next     to leader")?;
     for uav in &flight.uavs {
         let distances =
             [uav.slot_error_m, uav.previous_distance_m, uav.next_distance_m, uav.leader_distance_m];
         let [slot, previous, next, leader] = distances.map(metres);
-        let state = if uav.commanded { "" } else { "   in its failsafe" };
+        let state = if uav.commanded { "" } else { "   failsafe" };
         writeln!(f, "  uav {:<6} {slot:>12} {previous:>13} {next:>13} {leader:>13}{state}", uav.uav)?;
     }
     writeln!(f)
 }
 
+/// Writes the row of a UAV for a terminal that is too narrow for the table.
+fn write_uav_in_words(f: &mut fmt::Formatter<'_>, uav: &UavSummary) -> fmt::Result {
+    let distances = [uav.slot_error_m, uav.previous_distance_m, uav.next_distance_m, uav.leader_distance_m];
+    let [slot, previous, next, leader] = distances.map(metres);
+    let state = if uav.commanded { "" } else { ", failsafe" };
+    let rest = format!("off its slot, {previous} to previous, {next} to next, {leader} to leader{state}");
+    line(f, &format!("uav {} at the end", uav.uav), &slot, &rest)
+}
+
+/// Writes how many UAVs fly on command, unless all do.
+fn write_commanded(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, uavs: u32) -> fmt::Result {
+    if flight.ticks == 0 || flight.commanded == uavs {
+        return Ok(());
+    }
+    line(f, "UAVs on command at the end", &format!("{} of {uavs}", flight.commanded), "")
+}
+
+/// When the formation settled, and a remark.
+fn settling(flight: &FlightSummary) -> (String, String) {
+    match (flight.settling_s, flight.whole_since_s) {
+        (Some(settling_s), _) => (format!("{settling_s:.2} s"), String::new()),
+        (None, Some(since_s)) => {
+            (NOT_SEEN.into(), format!("within 1 m since {since_s:.2} s, which is less than 5 s"))
+        }
+        (None, None) if flight.ticks == 0 => ("-".into(), "no tick was measured".into()),
+        (None, None) => ("never".into(), String::new()),
+    }
+}
+
 fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    let settling =
-        flight.settling_s.map_or_else(|| "never".into(), |settling_s| format!("{settling_s:.2} s"));
-    line(f, "settled within 1 m of every slot", &settling, "")?;
+    let (settling, remark) = settling(flight);
+    line(f, "settled within 1 m of every slot", &settling, &remark)?;
     line(f, "largest slot error at the end", &metres(flight.slot_error_max_m), "")?;
     line(f, "distances to L, largest error", &metres(flight.neighbour_error_max_m), "at the end")?;
     line(f, "distances to R, largest error", &metres(flight.radius_error_max_m), "at the end")?;
@@ -82,18 +122,6 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
     };
     let who = format!("uav {} at {:.2} s; {repelled}", obstacle.uav, obstacle.time_s);
     line(f, &format!("clearance of {}", obstacle.name), &metres(Some(obstacle.clearance_m)), &who)
-}
-
-fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    for FaultRecovery { fault, time_s, recovery_s } in flight.recoveries.iter().take(LISTED_FAULTS) {
-        let value = recovery_s.map_or_else(|| "never".into(), |recovery_s| format!("{recovery_s:.2} s"));
-        line(f, "settled again after a fault", &value, &format!("{fault} at {time_s:.2} s"))?;
-    }
-    let more = flight.faults.saturating_sub(LISTED_FAULTS as u64);
-    if more > 0 {
-        line(f, "more faults", &more.to_string(), "")?;
-    }
-    Ok(())
 }
 
 /// Writes when the UAVs last disagreed on who is alive, if they ever did.
@@ -132,11 +160,33 @@ fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Resul
     let sum = |count: fn(&LinkTotals) -> u64| links.iter().map(count).sum::<u64>();
     let (offered, lost, late) = (sum(|link| link.offered), sum(|link| link.lost), sum(|link| link.late));
     let (copies, left) = (sum(|link| link.duplicated), sum(|link| link.in_flight));
-    let remark = format!("{lost} lost, {copies} duplicated, {late} late, {left} still on the way");
-    line(f, &format!("samples on {} links with faults", links.len()), &offered.to_string(), &remark)
+    let corrupted = sum(|link| link.corrupted);
+    let remark = format!(
+        "{lost} lost, {corrupted} corrupted, {copies} duplicated, {late} late, {left} still on the way"
+    );
+    line(
+        f,
+        &format!("samples on {} with faults", counted(links.len(), "link")),
+        &offered.to_string(),
+        &remark,
+    )
+}
+
+/// Writes how many ticks nobody has measured, if there are any.
+fn write_lost_ticks(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    match flight.ticks_lost {
+        0 => Ok(()),
+        lost => line(f, "ticks not measured", &lost.to_string(), &format!("of {}", lost + flight.ticks)),
+    }
 }
 
 impl Summary {
+    /// The text for standard output: as wide as its terminal, and with the colours that it shows.
+    pub(crate) fn for_terminal(&self) -> String {
+        let (columns, out) = (output::columns(&io::stdout()), io::stdout());
+        if output::is_coloured(&out) { format!("{self:#columns$}") } else { format!("{self:columns$}") }
+    }
+
     fn write_world(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         line(f, "collisions", &self.collisions.map_or_else(|| "-".into(), |count| count.to_string()), "")?;
         if let Some(Latency { p50_us, p99_us, max_us }) = self.latency {
@@ -147,7 +197,8 @@ impl Summary {
         if let (true, Some(missed), Some(late_us)) = (self.real_time, self.missed_deadlines, self.late_max_us)
         {
             let reused = self.reused_commands.unwrap_or_default();
-            let remark = format!("latest {late_us:.0} us, {reused} commands used again");
+            let reused = counted(reused, "command");
+            let remark = format!("latest {late_us:.0} us, {reused} used again");
             line(f, "missed deadlines", &missed.to_string(), &remark)?;
         }
         self.write_pace(f)
@@ -162,17 +213,23 @@ impl Summary {
     }
 
     fn write_verdict(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = match self.verdict {
-            Verdict::Passed => "passed",
-            Verdict::Violated => "VIOLATED",
-            Verdict::Failed => "FAILED",
+        let (verdict, style) = match self.verdict {
+            Verdict::Passed => ("passed", output::GOOD),
+            Verdict::Violated => ("VIOLATED", output::BAD),
+            Verdict::Failed => ("FAILED", output::BAD),
         };
-        writeln!(f, "\n  verdict  {verdict}")?;
+        writeln!(f, "\n  verdict  {}", output::painted(style, verdict, f.alternate()))?;
         for reason in self.failures.iter().chain(&self.violations) {
-            writeln!(f, "           {reason}")?;
+            paragraph(f, "           ", reason)?;
         }
+        if let Some(flight) = &self.flight {
+            write_chance(f, flight)?;
+        }
+        // The rest is for copying, so its lines are never broken.
         if let Some(log) = &self.log {
-            let messages = self.log_messages.map_or_else(String::new, |count| format!(" ({count} messages)"));
+            let messages = self
+                .log_messages
+                .map_or_else(String::new, |count| format!(" ({})", counted(count, "message")));
             writeln!(f, "  log      {log}{messages}")?;
         }
         writeln!(f, "  payload  {}", self.payload_hash.as_deref().unwrap_or("-"))?;

@@ -20,13 +20,14 @@ impl Difference {
     /// The difference between a message of the log and the message that was `flown` in its place. `None` stands for a
     /// log without further messages.
     pub(super) fn between(recorded: Option<&LogMessage>, flown: Option<&LogMessage>) -> Self {
-        let named = |message: &LogMessage| format!("tick {}, {}", message.sequence, message.topic.name);
+        let tick = |message: &LogMessage| message.tick.map_or_else(|| "?".into(), |tick| tick.to_string());
+        let named = |message: &LogMessage| format!("tick {}, {}", tick(message), message.topic.name);
         Self(match (recorded, flown) {
             (Some(one), Some(other)) if one.topic.name == other.topic.name => {
-                if one.sequence == other.sequence {
+                if one.tick == other.tick {
                     format!("{}: {}", named(one), field(one, other))
                 } else {
-                    format!("{}: the flight has it at tick {}", named(one), other.sequence)
+                    format!("{}: the flight has it at tick {}", named(one), tick(other))
                 }
             }
             (Some(one), Some(other)) => format!("{}: the flight has {} instead", named(one), named(other)),
@@ -115,7 +116,7 @@ mod tests {
         let state = UavState { tick, uav: 3, x_m, ..UavState::default() };
         LogMessage {
             topic: Rc::new(topic),
-            sequence: tick as u32,
+            tick: Some(tick),
             log_time: 0,
             data: prost::Message::encode_to_vec(&state),
         }

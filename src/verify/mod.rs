@@ -2,24 +2,31 @@
 //!
 //! Never changes the log: the second flight has a temporary folder of its own.
 
+mod comparison;
 mod difference;
+mod requests;
 
 use crate::{
     VIOLATED,
-    launcher::{LOG, Plan, launch},
-    tell,
+    launcher::{Plan, launch},
+    log_argument::{self, LOG_HELP},
+    output::{tell, warn_of},
+    simulated,
 };
 use anyhow::bail;
+use comparison::{Comparison, compare};
 use difference::Difference;
+use requests::{is_refused_request, is_request};
 use ringwing_bus::Placement;
-use ringwing_flight::TimedEvent;
+use ringwing_flight::{Part, TimedEvent, counted};
 use ringwing_recorder::{
-    log::reader::{LogMessage, Reader},
-    schema::topics,
+    ADDED_FAULTS,
+    log::reader::{Reader, Shortfalls},
 };
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario, fault::schedule::ScheduledAction};
 use std::{
     collections::BTreeSet,
+    io::{Read, Seek},
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -27,13 +34,17 @@ use std::{
 /// Which log to verify.
 #[derive(Debug, clap::Args)]
 pub(crate) struct VerifyArgs {
-    /// Log of a lockstep run, its `run.mcap`
+    #[arg(help = LOG_HELP)]
     log: PathBuf,
+    /// Fly again with a process for each part, as the run did, instead of in one process
+    #[arg(long)]
+    processes: bool,
 }
 
 /// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
 pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
-    let scenario = repeatable(&args.log)?;
+    let mut reader = Reader::open(&log_argument::named(&args.log))?;
+    let Repeatable { scenario, with_requests } = repeatable(&mut reader)?;
     let folder = tempfile::tempdir()?;
     let plan = Plan {
         scenario,
@@ -48,18 +59,37 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         placement: Placement::default(),
         lock_memory: false,
     };
-    let outcome = launch(&plan)?;
+    let outcome = if needs_processes(args, &plan.scenario) { launch(&plan)? } else { simulated::fly(&plan)? };
     if let Some(failure) = outcome.failures.first() {
         bail!("the flight cannot be repeated here: {failure}");
     }
-    let result = compare(&args.log, &outcome.folder.join(LOG))?;
-    Ok(report(&args.log, result))
+    let log = reader.path().to_owned();
+    let result = compare(reader.rewind(), Reader::open(&outcome.folder)?, with_requests);
+    Ok(report(&log, result))
 }
 
-fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
+/// Whether to fly again with processes. A fault of the recorder leaves a gap in the log, which only a recorder's process
+/// can leave again.
+fn needs_processes(args: &VerifyArgs, scenario: &Scenario) -> bool {
+    let is_of_recorder = |action: &ScheduledAction| action.part == Part::Recorder;
+    args.processes || scenario.schedule().scheduled_actions().iter().any(is_of_recorder)
+}
+
+fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
     match result {
-        Ok(count) => {
-            tell(&format!("{}: repeated to the bit, {count} messages compared", log.display()));
+        Ok(Comparison { messages, left_out }) => {
+            if !left_out.is_empty() {
+                let topics = left_out.join(", ");
+                warn_of(
+                    log,
+                    &[format!("it lacks these topics of the flight, which were not compared: {topics}")],
+                );
+            }
+            tell(&format!(
+                "{}: repeated to the bit, {} compared",
+                log.display(),
+                counted(messages, "message")
+            ));
             ExitCode::SUCCESS
         }
         Err(difference) => {
@@ -69,65 +99,76 @@ fn report(log: &Path, result: Result<u64, Difference>) -> ExitCode {
     }
 }
 
-/// The scenario of the log; an error if the flight cannot be repeated.
-fn repeatable(log: &Path) -> anyhow::Result<Scenario> {
-    let mut reader = Reader::open(log)?;
-    let scenario = reader.scenario()?;
-    let not = format!("log {}: is not repeatable", log.display());
+/// A flight that can be flown again.
+struct Repeatable {
+    /// The scenario, with the faults that were asked for during the flight.
+    scenario: Scenario,
+    /// Whether somebody asked for faults during the flight.
+    with_requests: bool,
+}
+
+/// The scenario of the log, with the faults that were asked for during the flight; an error if the flight cannot be
+/// repeated.
+fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Repeatable> {
+    let mut scenario = reader.scenario()?;
+    let not = format!("log {}: is not repeatable", reader.path().display());
     if scenario.time.real_time {
         bail!(
             "{not}: it is the log of a real-time run, which depends on the wall clock; fly the scenario in lockstep"
         );
     }
-    // Read all ticks before asking for damages, which the reader finds on the way.
+    let Shortfalls { problems, notes } = reader.shortfalls(&scenario);
+    warn_of(reader.path(), &notes);
+    let (mut requested, mut refused) = (0, 0);
     for tick in reader.ticks(&scenario) {
+        requested += tick.events.iter().filter(|timed| is_request(&timed.event)).count();
+        refused += tick.events.iter().filter(|timed| is_refused_request(&timed.event)).count();
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
         }
+        if let Some(topic) = tick.conflict {
+            bail!(
+                "{not}: it mixes two flights: {topic} has two different messages at tick {}",
+                tick.frame.tick
+            );
+        }
+        if let Some(TimedEvent { tick, event }) = first_about_recorder(&tick.events) {
+            bail!(
+                "{not}: which ticks it lacks is chance, because at {tick} this happened: {}",
+                scenario.event_text(event)
+            );
+        }
     }
-    if let Some(damage) = reader.damages().listed.first() {
-        bail!("{not}: it is damaged at byte {}: {}", damage.offset, damage.problem);
+    if let Some(problem) = problems.first() {
+        bail!("{not}: {problem}");
     }
     // Only a recorder that finished its log wrote a verdict.
     if reader.result().is_none_or(|result| result.get("verdict").is_none_or(|verdict| verdict == "failed")) {
         bail!("{not}: the flight did not complete");
     }
-    Ok(scenario)
-}
-
-/// The number of messages if all are equal in both logs, or else the first difference.
-fn compare(log: &Path, again: &Path) -> anyhow::Result<Result<u64, Difference>> {
-    let messages = |path: &Path| Reader::open(path).map(|reader| reader.filter(is_compared));
-    let (mut recorded, mut flown) = (messages(log)?, messages(again)?);
-    let mut count = 0;
-    loop {
-        match (recorded.next(), flown.next()) {
-            (None, None) => return Ok(Ok(count)),
-            (Some(one), Some(other)) if is_same(&one, &other) => count += 1,
-            // All further differences may follow from the first one.
-            (one, other) => return Ok(Err(Difference::between(one.as_ref(), other.as_ref()))),
-        }
+    let added = reader.result().and_then(|result| result.get(ADDED_FAULTS)).map_or("", String::as_str);
+    let added: Vec<Fault> = added.lines().filter_map(|sentence| sentence.parse().ok()).collect();
+    if added.len() != requested {
+        bail!("{not}: it does not hold all faults that were asked for during the flight");
     }
+    scenario.faults.extend(added);
+    Ok(Repeatable { scenario, with_requests: requested + refused > 0 })
 }
 
 /// The first event that depends on chance. A flight with such an event may differ the next time.
 fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
-    events.iter().find(|timed| timed.event.is_by_chance())
+    events.iter().find(|timed| timed.event.is_by_chance() && !is_request(&timed.event))
 }
 
-/// Whether a message should be equal in both logs; wall-clock times differ from run to run.
-fn is_compared(message: &LogMessage) -> bool {
-    message.topic.name != topics::TIMING
-}
-
-fn is_same(one: &LogMessage, other: &LogMessage) -> bool {
-    one.topic.name == other.topic.name && one.sequence == other.sequence && one.data == other.data
+/// The first event about the recorder. It never changes the flight, but the log of another flight will not have it.
+fn first_about_recorder(events: &[TimedEvent]) -> Option<&TimedEvent> {
+    events.iter().find(|timed| timed.event.makes_log_unrepeatable())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::{Event, Part, ProcessAction, Tick, UavId};
+    use ringwing_flight::{Event, GapCause, ProcessAction, Tick, UavId};
 
     const AGENT: Part = Part::Agent(UavId(3));
 
@@ -148,6 +189,16 @@ mod tests {
     #[test]
     fn faults_that_the_scenario_asks_for_can_be_repeated() {
         let events = log_of(Event::LinkFault { sentence: "link 2->3 hold".into() });
-        assert_eq!(first_by_chance(&events), None);
+        assert_eq!((first_by_chance(&events), first_about_recorder(&events)), (None, None));
+    }
+
+    #[test]
+    fn a_log_with_a_gap_is_refused_although_the_flight_can_be_repeated() {
+        let cause = GapCause::LostWithPredecessor;
+        let gap = Event::RecorderGap { first_tick: Tick(3), last_tick: Tick(5), cause };
+        for event in [gap, Event::RecorderSilent, Event::ProcessReady { part: Part::Recorder }] {
+            let events = log_of(event);
+            assert_eq!((first_by_chance(&events), first_about_recorder(&events)), (None, Some(&events[1])));
+        }
     }
 }

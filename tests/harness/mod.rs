@@ -21,9 +21,24 @@ use std::{
 /// Longest wait of a test. Shorter fails tests on a busy machine; longer delays the report of a hang.
 const LONGEST_WAIT: Duration = Duration::from_secs(120);
 
+/// The log in the `folder` of a run, which has the name of the run.
+pub fn log_in(folder: &Path) -> PathBuf {
+    let run = folder.file_name().expect("a folder of a run").to_str().expect("a name in UTF-8");
+    folder.join(format!("{run}.mcap"))
+}
+
+/// The folder of the newest run in `out`, if there is one.
+pub fn newest_run(out: &Path) -> Option<PathBuf> {
+    out.join("latest").canonicalize().ok()
+}
+
 /// The command under test.
 pub fn ringwing() -> Command {
-    Command::new(env!("CARGO_BIN_EXE_ringwing"))
+    // A shell starts background commands with SIGINT ignored, and the command then ignores it as well: if the tests run in
+    // the background, they must not pass that on.
+    let mut command = Command::new("env");
+    command.args(["--default-signal=INT,HUP,TSTP", env!("CARGO_BIN_EXE_ringwing")]);
+    command
 }
 
 /// A run that is not started yet.
@@ -227,9 +242,14 @@ impl Finished {
         self.summary[key].as_str().unwrap_or_else(|| panic!("no text {key} in {:#}", self.summary))
     }
 
+    /// The file of the run's log.
+    pub fn log_path(&self) -> PathBuf {
+        log_in(&self.folder)
+    }
+
     /// The run's log.
     pub fn log(&self) -> log::Log {
-        log::Log::read(&self.folder.join("run.mcap"))
+        log::Log::read(&self.log_path())
     }
 
     /// Asserts that the run ended with this exit code and left nothing behind.

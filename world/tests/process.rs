@@ -41,7 +41,7 @@ impl Everybody {
         let scenario = Scenario::resolved(&text).unwrap();
         let (owner, gate) = DomainOwner::create(&text).unwrap();
         let node = create_node(owner.domain(), "everybody").unwrap();
-        let held = Services::create(&node, &gate, &scenario).unwrap();
+        let held = Services::create(&node, owner.domain(), &scenario, 1024).unwrap();
         let boards = BoardAccess { node: &node, gate: &gate };
         let commands: Vec<_> = UavId::all(UAVS)
             .map(|uav| services::command(uav, Pace::Lockstep).writer(boards).unwrap())

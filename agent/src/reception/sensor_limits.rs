@@ -26,6 +26,8 @@ pub fn sensor_limits(scenario: &Scenario) -> Vec<LinkFault> {
     .into_iter()
     .filter(|(acts, _)| *acts)
     .map(|(_, impairment)| LinkFault {
+        // No fault of the flight has this number.
+        number: 0,
         begin: Tick::APPROACH,
         end: None,
         links: Links::From(Sender::Traffic, Receiver::All),

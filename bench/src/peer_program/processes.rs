@@ -18,7 +18,7 @@ use crate::{
     transport::MessageSizes,
     usage::ProcessUsage,
 };
-use ringwing_bus::{Placement, die_with, monotonic_ns};
+use ringwing_bus::{Patience, Placement, die_with, monotonic_ns};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::{
     fs,
@@ -34,7 +34,7 @@ use std::{
 /// Time that a program may take for what it does in the same time for any number of agents, such as ending a measurement.
 /// Shorter fails programs on an overloaded machine; longer delays the report of one that hangs.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Further time for each process to start. Shorter fails large swarms of programs with an interpreter.
+/// Further time for each process to start or to end. Shorter fails large swarms of programs with an interpreter.
 const PATIENCE_PER_PROCESS: Duration = Duration::from_millis(200);
 /// Pause between two looks at the processes. Longer delays the report of a lost one; shorter disturbs what is measured.
 const POLL_PERIOD: Duration = Duration::from_millis(20);
@@ -214,14 +214,15 @@ impl Processes {
 
     /// Waits until all processes have written their timestamps and ended.
     fn wait_until_ended(mut self) -> Result<(), BenchError> {
-        let since = Instant::now();
+        let limit = PATIENCE + PATIENCE_PER_PROCESS * self.children.len() as u32;
+        let mut patience = Patience::of(limit);
         for (place, child) in self.children.iter_mut().enumerate() {
             let status = loop {
                 if let Some(status) = ended(child)? {
                     break status;
                 }
-                if since.elapsed() >= PATIENCE {
-                    let limit_s = PATIENCE.as_secs();
+                if patience.is_over() {
+                    let limit_s = limit.as_secs();
                     return Err(BenchError::case(format!("{} did not end within {limit_s} s", name(place))));
                 }
                 thread::sleep(POLL_PERIOD);

@@ -11,7 +11,7 @@ use crate::{
     case::{Carrier, Case, Topology},
     error::BenchError,
 };
-use ringwing_bus::{Domain, Gate, Placement, raise_open_files_limit};
+use ringwing_bus::{Domain, Gate, Patience, Placement, raise_open_files_limit};
 use ringwing_flight::Part;
 use std::{
     io,
@@ -20,11 +20,16 @@ use std::{
     path::Path,
     process::{Child, Command, Stdio},
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// How long a peer may take to start, to answer, and to end. Shorter fails cases on an overloaded machine.
 pub(super) const PEER_TIMEOUT: Duration = Duration::from_secs(10);
+/// What each further peer adds to the time in which all must start, and end: they share few cores. Shorter fails large cases on
+/// slow machines.
+const TIMEOUT_PER_PEER: Duration = Duration::from_millis(50);
+/// What the user can do about peers that are late.
+const REMEDY: &str = "measure fewer UAVs, or end other programs";
 /// Pause between two looks at a peer that starts or ends. Longer delays the start of a case; shorter takes CPU from
 /// the peers. No tick is measured meanwhile.
 const POLL_PERIOD: Duration = Duration::from_millis(1);
@@ -165,16 +170,21 @@ impl Peers {
         (0..peers).map(|_| PeerConnection::tcp(listener.accept()?.0)).collect()
     }
 
+    /// How long all peers may take to start or to end.
+    fn patience(&self) -> Patience {
+        Patience::of(PEER_TIMEOUT + TIMEOUT_PER_PEER * self.children.len() as u32)
+    }
+
     /// Waits until every peer has reported ready at the gate.
     pub(super) fn wait_until_ready(&mut self, gate: &Gate) -> Result<(), BenchError> {
-        let since = Instant::now();
+        let mut patience = self.patience();
         for (part, child) in &mut self.children {
             while gate.ready_process(*part).is_none() {
                 if let Some(status) = child.try_wait().map_err(BenchError::system("a peer is lost"))? {
                     return Err(BenchError::case(format!("a peer ended before it was ready: {status}")));
                 }
-                if since.elapsed() >= PEER_TIMEOUT {
-                    return Err(BenchError::case("a peer was not ready in time"));
+                if patience.is_over() {
+                    return Err(BenchError::case(format!("a peer was not ready in time: {REMEDY}")));
                 }
                 thread::sleep(POLL_PERIOD);
             }
@@ -184,14 +194,14 @@ impl Peers {
 
     /// Waits until all peers have written their timestamps and ended.
     pub(super) fn wait_until_ended(mut self) -> Result<(), BenchError> {
-        let since = Instant::now();
+        let mut patience = self.patience();
         for (_, child) in &mut self.children {
             let status = loop {
                 if let Some(status) = child.try_wait().map_err(BenchError::system("a peer is lost"))? {
                     break status;
                 }
-                if since.elapsed() >= PEER_TIMEOUT {
-                    return Err(BenchError::case("a peer did not end in time"));
+                if patience.is_over() {
+                    return Err(BenchError::case(format!("a peer did not end in time: {REMEDY}")));
                 }
                 thread::sleep(POLL_PERIOD);
             };

@@ -10,7 +10,7 @@ struct Run {
     services: services::Services,
     node: Node<ipc::Service>,
     gate: Gate,
-    _owner: DomainOwner,
+    owner: DomainOwner,
 }
 
 impl Run {
@@ -19,8 +19,8 @@ impl Run {
         let node = create_node(owner.domain(), "test").unwrap();
         let mut scenario = Scenario::default();
         scenario.formation.uavs = 3;
-        let services = services::Services::create(&node, &gate, &scenario).unwrap();
-        Self { services, node, gate, _owner: owner }
+        let services = services::Services::create(&node, owner.domain(), &scenario, 8).unwrap();
+        Self { services, node, gate, owner }
     }
 
     fn access(&self) -> BoardAccess<'_> {
@@ -29,7 +29,7 @@ impl Run {
 
     /// A process of UAV 2 has ended.
     fn replace_sender(&mut self) {
-        self.services.renew(&self.node, &self.gate, Part::Agent(UAV)).unwrap();
+        self.services.renew(&self.node, self.owner.domain(), Part::Agent(UAV)).unwrap();
     }
 }
 

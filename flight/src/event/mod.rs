@@ -59,6 +59,8 @@ pub enum AfterLoss {
         /// Whether the agent was lost before it was ready to fly.
         before_flight: bool,
     },
+    /// It ends the run, which cannot go on without this process.
+    RunEnds,
 }
 
 /// What a process fault does to its target.
@@ -175,6 +177,11 @@ pub enum Event {
     },
     /// The user interrupted the run.
     RunInterrupted,
+    /// The run stood still in real time, all its processes stopped.
+    RunPaused {
+        /// For how long, by the wall clock.
+        seconds: f64,
+    },
     /// The launcher applied a process fault.
     ProcessFault {
         /// The process.
@@ -200,6 +207,16 @@ pub enum Event {
     },
     /// The launcher did not report a fault as applied in time; the flight goes on.
     FaultOverdue,
+    /// The launcher applied a fault later than asked, in real time. What the fault does later is as much later, so its
+    /// duration is the one that was asked for.
+    FaultLate {
+        /// The process.
+        part: Part,
+        /// How much later, in seconds of simulated time.
+        late_s: f64,
+        /// The sentence that asked for the fault.
+        sentence: String,
+    },
     /// A link fault begins.
     LinkFault {
         /// The sentence that asked for it.
@@ -234,10 +251,12 @@ impl Event {
             Self::RecorderGap { .. } => "recorder.gap",
             Self::ConnectionsFailed { .. } => "ipc.connection",
             Self::RunInterrupted => "run.interrupted",
+            Self::RunPaused { .. } => "run.paused",
             Self::ProcessFault { action, .. } => action.event_name(),
             Self::FaultRefused { .. } => "fault.refused",
             Self::FaultRequested { .. } => "fault.requested",
             Self::FaultOverdue => "fault.overdue",
+            Self::FaultLate { .. } => "fault.late",
             Self::LinkFault { .. } => "fault.link",
             Self::SlowFault { .. } => "fault.slow",
             Self::FaultHealed { .. } => "fault.healed",
@@ -266,8 +285,10 @@ impl Event {
             | Self::RecorderSilent
             | Self::RecorderGap { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
+            | Self::FaultLate { .. }
             | Self::FaultOverdue => Level::Warning,
         }
     }
@@ -290,8 +311,10 @@ impl Event {
             | Self::StartOverdue { .. }
             | Self::ThawOverdue { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
+            | Self::FaultLate { .. }
             | Self::FaultRequested { .. } => Reporter::Launcher,
             Self::RecorderGap { .. } => Reporter::Recorder,
         }
@@ -309,12 +332,14 @@ impl Event {
             | Self::ProcessThawed { part }
             | Self::StartOverdue { part }
             | Self::ThawOverdue { part }
+            | Self::FaultLate { part, .. }
             | Self::ProcessSilent { part, .. } => *part != Part::Recorder,
             // A connection that failed may have cost some receiver its samples.
             Self::ReplacementOverdue
             | Self::FaultOverdue
             | Self::ConnectionsFailed { .. }
             | Self::RunInterrupted
+            | Self::RunPaused { .. }
             | Self::FaultRequested { .. } => true,
             // The scenario and its seed decide these, or they leave the flight as it is.
             Self::Collision { .. }
@@ -329,16 +354,44 @@ impl Event {
         }
     }
 
-    /// Whether it may disturb the formation: the time to recover is measured from here.
+    /// Whether chance decided that the log has it: the event [is by chance](Self::is_by_chance), or tells of the recorder.
+    ///
+    /// What happens to the recorder never changes the flight. But which ticks a dying or slow recorder misses depends on
+    /// scheduling, so the log of another flight differs.
+    pub fn makes_log_unrepeatable(&self) -> bool {
+        let is_about_recorder = match self {
+            Self::ProcessLost { part, .. }
+            | Self::ProcessReady { part }
+            | Self::ProcessFrozen { part }
+            | Self::ProcessThawed { part }
+            | Self::StartOverdue { part }
+            | Self::ThawOverdue { part } => *part == Part::Recorder,
+            Self::RecorderSilent | Self::RecorderGap { .. } => true,
+            _ => false,
+        };
+        is_about_recorder || self.is_by_chance()
+    }
+
+    /// Whether a lockstep flight went on without something that it should have waited for. Such a flight promises to
+    /// be the same every time and is not.
+    pub fn breaks_lockstep(&self) -> bool {
+        match self {
+            Self::ProcessSilent { part, .. } => *part != Part::Recorder,
+            Self::ReplacementOverdue | Self::FaultOverdue | Self::ConnectionsFailed { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// Whether it may disturb the formation: the time to recover is measured from here. What happens to the recorder never
+    /// does.
     pub fn is_disturbance(&self) -> bool {
-        matches!(
-            self,
-            Self::ProcessFault { .. }
-                | Self::LinkFault { .. }
-                | Self::SlowFault { .. }
-                | Self::ProcessLost { .. }
-                | Self::ProcessFrozen { .. }
-        )
+        match self {
+            Self::ProcessFault { part, .. }
+            | Self::ProcessLost { part, .. }
+            | Self::ProcessFrozen { part } => *part != Part::Recorder,
+            Self::LinkFault { .. } | Self::SlowFault { .. } => true,
+            _ => false,
+        }
     }
 
     /// The longest text in it, for events that have one. Only texts can be too long for a message.
@@ -348,6 +401,7 @@ impl Event {
                 Some(if why.len() > sentence.len() { why } else { sentence })
             }
             Self::ProcessFault { sentence, .. }
+            | Self::FaultLate { sentence, .. }
             | Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }

@@ -3,7 +3,7 @@
 //! No program may parse these sentences: whatever it needs is in the event's fields.
 
 use super::{AfterLoss, Collider, Event, GapCause, ProcessAction, ProcessEnd};
-use crate::{Part, Tick};
+use crate::{Part, Tick, counted};
 use std::fmt;
 
 impl Event {
@@ -24,22 +24,37 @@ impl Event {
             Self::ProcessReady { part } => format!("{part} is ready"),
             Self::ProcessFrozen { part } => format!("{part} is frozen (SIGSTOP)"),
             Self::ProcessThawed { part } => format!("{part} is thawed (SIGCONT)"),
-            Self::StartOverdue { part } => format!("{part} was not ready in time; killed"),
-            Self::ThawOverdue { part } => format!("{part} stayed frozen for too long; killed"),
-            Self::ProcessSilent { part, waited_s } => {
-                format!("{part} has not answered for {waited_s:.1} s; flying on")
+            Self::StartOverdue { part } => {
+                format!("{part} was not ready in time; killed: raise supervision.start_timeout_s")
             }
-            Self::ReplacementOverdue => "no replacement was ready in time; flying on".into(),
+            Self::ThawOverdue { part } => {
+                format!("{part} stayed frozen for too long; killed: raise supervision.answer_timeout_s")
+            }
+            Self::ProcessSilent { part, waited_s } => {
+                format!(
+                    "{part} has not answered for {waited_s:.1} s; flying on: raise supervision.answer_timeout_s if it is \
+                     only slow"
+                )
+            }
+            Self::ReplacementOverdue => {
+                "no replacement was ready in time; flying on: raise supervision.start_timeout_s".into()
+            }
             Self::RecorderSilent => "the recorder has stopped reading; flying on".into(),
             Self::RecorderGap { first_tick, last_tick, cause } => gap_text(*first_tick, *last_tick, *cause),
             Self::ConnectionsFailed { count } => {
-                format!("{count} connections of the world failed; is `ulimit -n` large enough?")
+                format!("{} of the world failed; is `ulimit -n` large enough?", counted(*count, "connection"))
             }
             Self::RunInterrupted => "interrupted; ending the flight (interrupt again to kill it)".into(),
+            Self::RunPaused { seconds } => format!("the run stood still for {seconds:.1} s"),
             Self::ProcessFault { part, action, sentence } => format!("{part} {}: {sentence}", action.done()),
             Self::FaultRefused { part: Some(part), why, sentence } => format!("{part} {why}: {sentence}"),
             Self::FaultRefused { part: None, why, sentence } => format!("{why}: {sentence}"),
-            Self::FaultOverdue => "a fault was not applied in time; flying on".into(),
+            Self::FaultLate { part, late_s, sentence } => {
+                format!("{late_s:.2} s late, with its duration kept: {sentence} ({part})")
+            }
+            Self::FaultOverdue => {
+                "a fault was not applied in time; flying on: raise supervision.start_timeout_s".into()
+            }
             Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }
@@ -50,8 +65,9 @@ impl Event {
 
 fn loss_text(part: Part, end: ProcessEnd, then: AfterLoss) -> String {
     match then {
-        // Only the leader and the recorder are ever replaced, so the article fits: a UAV's name would take none.
+        // Both happen only to the world, the leader and the recorder, so the article fits: a UAV's name would take none.
         AfterLoss::Replaced => format!("the {part} {end}; a new one takes over"),
+        AfterLoss::RunEnds => format!("the {part} {end}; the run ends"),
         AfterLoss::Failsafe { before_flight } => {
             let when = if before_flight { " before the flight" } else { "" };
             format!("{part} {end}{when}; its airframe goes into its failsafe")
@@ -82,6 +98,46 @@ impl fmt::Display for ProcessEnd {
             Self::Unknown => f.write_str("has ended"),
         }
     }
+}
+
+impl ProcessEnd {
+    /// How the process ended, with the name of the signal: `killed by signal 9 (SIGKILL)`.
+    pub fn cause(self) -> String {
+        match self {
+            Self::Exited(status) => format!("exited with status {status}"),
+            Self::Killed(signal) => {
+                let name = signal_name(signal).map_or_else(String::new, |name| format!(" ({name})"));
+                format!("killed by signal {signal}{name}")
+            }
+            Self::Unknown => "ended; started by hand, so its exit status is unknown".into(),
+        }
+    }
+}
+
+/// The name of a signal that ends processes, by its number on Linux.
+fn signal_name(signal: i32) -> Option<&'static str> {
+    let name = match signal {
+        1 => "SIGHUP",
+        2 => "SIGINT",
+        3 => "SIGQUIT",
+        4 => "SIGILL",
+        5 => "SIGTRAP",
+        6 => "SIGABRT",
+        7 => "SIGBUS",
+        8 => "SIGFPE",
+        9 => "SIGKILL",
+        10 => "SIGUSR1",
+        11 => "SIGSEGV",
+        12 => "SIGUSR2",
+        13 => "SIGPIPE",
+        14 => "SIGALRM",
+        15 => "SIGTERM",
+        24 => "SIGXCPU",
+        25 => "SIGXFSZ",
+        31 => "SIGSYS",
+        _ => return None,
+    };
+    Some(name)
 }
 
 impl ProcessAction {

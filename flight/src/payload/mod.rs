@@ -56,9 +56,9 @@ payloads! {
     Command: "Command.v3", 32;
     Account: "Account.v2", 200;
     TickTiming: "TickTiming.v1", 72;
-    LinkCounts: "LinkCounts.v1", 64;
+    LinkCounts: "LinkCounts.v2", 80;
     Roster: "Roster.v3", 152;
-    FormationError: "FormationError.v2", 24;
+    FormationError: "FormationError.v3", 24;
     EventMessage: "EventMessage.v1", 1024;
     JournalHeader: "JournalHeader.v1", 128;
     JournalEntry: "JournalEntry.v2", 528;

@@ -40,10 +40,10 @@ pub struct TickTiming {
 pub struct FormationError {
     /// The tick at which it was measured.
     pub tick: Tick,
-    /// The largest distance of a UAV from its slot, in metres, among the UAVs that fly on command.
+    /// The largest distance of a UAV from its slot, in metres, among the UAVs that fly on command; 0 if it is not known.
     pub slot_error_max_m: f64,
     /// How many UAVs fly on command.
     pub commanded: u32,
-    /// Zero; keeps the layout free of padding.
-    pub reserved: u32,
+    /// 1 if the slot error is known; 0 without a UAV that flies on command, or without the leader.
+    pub measured: u32,
 }

@@ -3,7 +3,8 @@
 //! Must never write a message.
 
 use crate::schema::{
-    Faults, LinkCounts, LoggedEvent, SwarmMetrics, SwarmState, Timing, UavControl, UavState,
+    Faults, LinkCounts, LoggedEvent, SwarmMetrics, SwarmState, Timing, TimingPercentiles, UavControl,
+    UavState,
     topics::{self, UavTopic},
 };
 use foxglove::{
@@ -35,6 +36,7 @@ pub(super) struct Channels {
     pub(super) state: u16,
     pub(super) transforms: u16,
     pub(super) timing: Option<u16>,
+    pub(super) timing_percentiles: Option<u16>,
     pub(super) uavs: Vec<UavChannels>,
 }
 
@@ -73,10 +75,29 @@ impl Channels {
             state: channel::<SwarmState, W>(writer, topics::SWARM_STATE)?,
             transforms: channel::<FrameTransforms, W>(writer, topics::TRANSFORMS)?,
             timing: timing.then(|| channel::<Timing, W>(writer, topics::TIMING)).transpose()?,
+            timing_percentiles: timing
+                .then(|| channel::<TimingPercentiles, W>(writer, topics::TIMING_PERCENTILES))
+                .transpose()?,
             uavs: UavId::all(uavs)
                 .map(|uav| UavChannels::register(writer, uav, uavs))
                 .collect::<McapResult<_>>()?,
         })
+    }
+
+    /// How many messages of each topic that a verdict needs are among these `counts`, which are by channel: metadata that
+    /// shows a reader whether another program has left messages out.
+    pub(super) fn judged_counts(&self, counts: &[u64]) -> BTreeMap<String, String> {
+        let sums = [
+            sum(counts, [self.events]),
+            sum(counts, [self.links]),
+            sum(counts, self.uavs.iter().map(|uav| uav.control)),
+            sum(counts, self.uavs.iter().map(|uav| uav.state)),
+        ];
+        topics::judged_groups()
+            .iter()
+            .map(|group| count_key(group))
+            .zip(sums.map(|sum| sum.to_string()))
+            .collect()
     }
 }
 
@@ -87,6 +108,16 @@ impl UavChannels {
             state: channel::<UavState, W>(writer, &UavTopic::State.name(uav.0, uavs))?,
         })
     }
+}
+
+/// The sum of the `counts` of some channels. A channel without messages may have no count.
+fn sum(counts: &[u64], channels: impl IntoIterator<Item = u16>) -> u64 {
+    channels.into_iter().filter_map(|channel| counts.get(usize::from(channel))).sum()
+}
+
+/// The key of the metadata `result` that says how many messages of `group` were written.
+pub(super) fn count_key(group: &str) -> String {
+    format!("messages.{group}")
 }
 
 fn channel<T: Encode, W: Write + Seek>(writer: &mut Writer<W>, topic: &str) -> McapResult<u16> {

@@ -1,106 +1,123 @@
 //! Reads the messages and ticks of any log, damaged or not, or says what is wrong with the file.
 //!
-//! Never panics, never loops forever and never takes unbounded memory, whatever the file holds. Never writes.
+//! Never panics, never loops forever and never takes unbounded memory, whatever the file holds. Never writes, apart from
+//! temporary copies.
 
-mod error;
+pub(super) mod error;
+mod shortfalls;
+mod sorted;
+mod survey;
+mod topics;
 
-pub use super::replay::Replayed;
-pub use super::salvage::{LogDamage, LogDamages};
+pub use super::{
+    input::{STANDARD_INPUT, locate},
+    replay::Replayed,
+    salvage::{LogDamage, LogDamages},
+};
 pub use error::ReadError;
+pub use shortfalls::Shortfalls;
+pub use topics::{Topic, TopicSchema};
 
-use super::replay::Replay;
-use super::{RESULT, RUN, SCENARIO, salvage::Salvage};
-use mcap::records::{self, MessageHeader, Record, SchemaHeader};
+use super::{
+    input::{self, LogInput},
+    replay::Replay,
+    salvage::Salvage,
+};
+use crate::clock::Clock;
+use mcap::records::{MessageHeader, Record};
 use ringwing_scenario::Scenario;
+use sorted::SortedMessages;
 use std::{
-    collections::{BTreeMap, VecDeque},
+    collections::BTreeMap,
     fs::File,
     io::{BufReader, Read, Seek},
     path::{Path, PathBuf},
     rc::Rc,
 };
-
-/// Describes the messages of a topic, as the log itself states it.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TopicSchema {
-    /// Full name of the message type, such as `uavstate.UavState`.
-    pub name: String,
-    /// Format of the description, such as `protobuf`.
-    pub encoding: String,
-    /// The description itself.
-    pub data: Vec<u8>,
-}
-
-/// A topic of the log.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Topic {
-    /// Its name, such as `/uav/001/state`.
-    pub name: String,
-    /// What its messages look like; `None` if the log does not say, or lost that.
-    pub schema: Option<Rc<TopicSchema>>,
-}
+use survey::Survey;
+use topics::Topics;
 
 /// A message of the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogMessage {
     /// The topic it was written to.
     pub topic: Rc<Topic>,
-    /// The tick it belongs to, in logs of ringwing.
-    pub sequence: u32,
+    /// The tick of its log time; `None` if the time is not that of a tick, or if the log has no scenario.
+    ///
+    /// Programs that rewrite logs keep the times, but not always the sequence numbers.
+    pub tick: Option<i64>,
     /// When it was recorded, in nanoseconds since 1970.
     pub log_time: u64,
     /// Its content, still encoded.
     pub data: Vec<u8>,
 }
 
-/// Iterates over the messages of a log in the order of the file.
+/// Iterates over the messages of a log in the order of their times.
 ///
-/// Metadata and attachments become known as reading passes them. Opening a log reads up to its first message, and logs
-/// of ringwing hold the scenario before that.
+/// Opening a log reads it once, so that everything but the messages is known from then on.
 pub struct Reader<R = BufReader<File>> {
     path: PathBuf,
-    salvage: Salvage<R>,
-    /// Messages that were read but not handed out yet.
-    pending: VecDeque<LogMessage>,
-    schemas: BTreeMap<u16, Rc<TopicSchema>>,
-    topics: BTreeMap<u16, Rc<Topic>>,
-    metadata: BTreeMap<String, BTreeMap<String, String>>,
-    attachments: BTreeMap<String, Vec<u8>>,
-    /// Messages skipped because the record that names their topic is lost.
-    unnamed: u64,
+    survey: Survey,
+    messages: Messages<R>,
+    /// Converts log times, once the scenario is known.
+    clock: Option<Clock>,
+}
+
+/// Where the messages come from.
+enum Messages<R> {
+    /// The file itself, which has them in order.
+    InFile { salvage: Box<Salvage<R>>, topics: Topics },
+    /// A sorted copy.
+    Sorted(SortedMessages),
 }
 
 impl Reader {
-    /// Opens the file at `path`; fails unless it is a regular file that begins as MCAP files do.
+    /// Opens the log that `path` names: a file, the folder of a run, or `-` for standard input.
+    ///
+    /// The log may be compressed as a whole with Zstandard.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let unreadable = |source| ReadError::Unreadable { path: path.to_owned(), source };
-        let file = File::open(path).map_err(unreadable)?;
-        // Reading a device or a pipe might never end.
-        if !file.metadata().map_err(unreadable)?.is_file() {
-            return Err(ReadError::NotAFile { path: path.to_owned() });
+        let LogInput { path, file, problem } = input::open(path)?;
+        let mut reader = Self::of(&path, BufReader::new(file))?;
+        if let Some(problem) = problem {
+            reader.survey.damages.add(0, 0, problem);
         }
-        Self::of(path, BufReader::new(file))
+        Ok(reader)
     }
 }
 
 impl<R: Read + Seek> Reader<R> {
     /// Reads from `source`; errors call it `path`.
     pub fn of(path: &Path, mut source: R) -> Result<Self, ReadError> {
-        error::check_magic(path, &mut source)?;
-        let mut reader = Self {
-            path: path.to_owned(),
-            salvage: Salvage::new(source),
-            pending: VecDeque::new(),
-            schemas: BTreeMap::new(),
-            topics: BTreeMap::new(),
-            metadata: BTreeMap::new(),
-            attachments: BTreeMap::new(),
-            unnamed: 0,
+        let begin = error::begin_of(path, &mut source)?;
+        let mut salvage = Salvage::new(source);
+        let survey = Survey::of(&mut salvage);
+        if !survey.has_records {
+            error::check_begin(path, &begin)?;
+        }
+        let mut messages = salvage.again();
+        let messages = if survey.disordered == 0 {
+            Messages::InFile { salvage: Box::new(messages), topics: Topics::default() }
+        } else {
+            let sorted = SortedMessages::of(&mut messages);
+            Messages::Sorted(sorted.map_err(|source| ReadError::no_room(path, source))?)
         };
-        // Everything before the first message describes the log, so scenario and metadata are known from now on.
-        let first = reader.next();
-        reader.pending.extend(first);
+        let mut reader = Self { path: path.to_owned(), survey, messages, clock: None };
+        reader.clock = reader.scenario().ok().map(|scenario| Clock::new(scenario.time.rate_hz));
         Ok(reader)
+    }
+
+    /// Starts again with the first message.
+    pub fn rewind(self) -> Self {
+        let messages = match self.messages {
+            Messages::InFile { salvage, .. } => {
+                Messages::InFile { salvage: Box::new(salvage.again()), topics: Topics::default() }
+            }
+            Messages::Sorted(mut sorted) => {
+                sorted.rewind();
+                Messages::Sorted(sorted)
+            }
+        };
+        Self { messages, ..self }
     }
 
     /// The path of the file.
@@ -110,82 +127,74 @@ impl<R: Read + Seek> Reader<R> {
 
     /// The metadata `run`: what flies.
     pub fn run(&self) -> Option<&BTreeMap<String, String>> {
-        self.metadata.get(RUN)
+        self.survey.runs.first()
     }
 
-    /// The metadata `result`: how the flight went. Known once the log was read to its end, and only if the recorder
-    /// finished it.
+    /// The metadata `result`: how the flight went, if the recorder finished the log.
     pub fn result(&self) -> Option<&BTreeMap<String, String>> {
-        self.metadata.get(RESULT)
+        self.survey.results.first()
     }
 
-    /// The content of the attachment `name`.
-    pub fn attachment(&self, name: &str) -> Option<&[u8]> {
-        self.attachments.get(name).map(Vec::as_slice)
-    }
-
-    /// What could not be read so far.
+    /// What could not be read.
     pub fn damages(&self) -> &LogDamages {
-        self.salvage.damages()
+        &self.survey.damages
     }
 
-    /// Whether the log was read up to its end; a log that was cut has no end.
+    /// Whether the log has its end; a log that was cut has no end.
     pub fn has_ended(&self) -> bool {
-        self.salvage.has_ended()
+        self.survey.has_ended
     }
 
-    /// Number of messages skipped so far because the record that names their topic is lost.
+    /// Number of messages that are skipped because the record that names their topic is lost.
     pub fn unnamed(&self) -> u64 {
-        self.unnamed
+        self.survey.unnamed
     }
 
-    /// The scenario that was flown, from the log's attachment.
+    /// The topics that have messages.
+    pub fn topics(&self) -> impl Iterator<Item = &str> {
+        self.survey.messages.keys().map(String::as_str)
+    }
+
+    /// What the log lacks of its flight, which is one of `scenario`, and what is unusual about it.
+    pub fn shortfalls(&self, scenario: &Scenario) -> Shortfalls {
+        Shortfalls::of(&self.survey, scenario)
+    }
+
+    /// The scenario that was flown, from the log's attachment; an error if the log holds two flights.
     pub fn scenario(&self) -> Result<Scenario, ReadError> {
-        let Some(text) = self.attachment(SCENARIO) else {
+        let Survey { runs, results, scenarios, .. } = &self.survey;
+        // Each of these is written once, so different ones are of different flights.
+        if [runs.len(), results.len(), scenarios.len()].iter().any(|different| *different > 1) {
+            return Err(ReadError::two_flights(&self.path, runs));
+        }
+        let Some(text) = scenarios.first() else {
             return Err(ReadError::without_scenario(&self.path, self.run().is_some()));
         };
-        let text = String::from_utf8_lossy(text);
-        Scenario::resolved(&text).map_err(|problems| ReadError::Scenario {
+        Scenario::resolved(&String::from_utf8_lossy(text)).map_err(|problems| ReadError::Scenario {
             path: self.path.clone(),
             version: self.run().and_then(|run| run.get("version")).cloned().unwrap_or_default(),
             problems: problems.to_string(),
         })
     }
+}
 
-    /// Keeps a record that describes the log; returns it if it is a message.
-    fn take(&mut self, record: Record) -> Option<LogMessage> {
-        match record {
-            Record::Schema { header, data } => self.take_schema(header, data.into_owned()),
-            Record::Channel(channel) => self.take_channel(channel),
-            Record::Message { header, data } => return self.message(header, data.into_owned()),
-            Record::Metadata(metadata) => drop(self.metadata.insert(metadata.name, metadata.metadata)),
-            Record::Attachment { header, data, .. } => {
-                self.attachments.insert(header.name, data.into_owned());
-            }
-            _ => {}
-        }
-        None
-    }
+impl<R: Read + Seek> Iterator for Messages<R> {
+    type Item = (Rc<Topic>, MessageHeader, Vec<u8>);
 
-    fn take_schema(&mut self, header: SchemaHeader, data: Vec<u8>) {
-        let SchemaHeader { id, name, encoding } = header;
-        self.schemas.insert(id, Rc::new(TopicSchema { name, encoding, data }));
-    }
-
-    fn take_channel(&mut self, channel: records::Channel) {
-        // By the MCAP specification a schema precedes its channels, so one that is missing here is lost.
-        let schema = self.schemas.get(&channel.schema_id).cloned();
-        self.topics.insert(channel.id, Rc::new(Topic { name: channel.topic, schema }));
-    }
-
-    fn message(&mut self, header: MessageHeader, data: Vec<u8>) -> Option<LogMessage> {
-        let Some(topic) = self.topics.get(&header.channel_id) else {
-            self.unnamed += 1;
-            return None;
+    fn next(&mut self) -> Option<Self::Item> {
+        let (salvage, topics) = match self {
+            Self::Sorted(sorted) => return sorted.next(),
+            Self::InFile { salvage, topics } => (salvage, topics),
         };
-        // A topic with its schema is larger than most messages, so messages share it.
-        let MessageHeader { sequence, log_time, .. } = header;
-        Some(LogMessage { topic: Rc::clone(topic), sequence, log_time, data })
+        loop {
+            let record = salvage.next()?;
+            if let Some(Record::Message { header, data }) = topics.take(record)
+                && let Some(topic) = topics.of(header.channel_id)
+            {
+                // A topic with its schema is larger than most messages, so messages share it.
+                return Some((Rc::clone(topic), header, data.into_owned()));
+            }
+        }
     }
 }
 
@@ -193,19 +202,13 @@ impl<R: Read + Seek> Iterator for Reader<R> {
     type Item = LogMessage;
 
     fn next(&mut self) -> Option<LogMessage> {
-        if let Some(message) = self.pending.pop_front() {
-            return Some(message);
-        }
-        loop {
-            let record = self.salvage.next()?;
-            if let Some(message) = self.take(record) {
-                return Some(message);
-            }
-        }
+        let (topic, MessageHeader { log_time, .. }, data) = self.messages.next()?;
+        let tick = self.clock.and_then(|clock| clock.tick_at(log_time));
+        Some(LogMessage { topic, tick, log_time, data })
     }
 }
 
-/// Iterates over the ticks of a log in the order of the file.
+/// Iterates over the ticks of a log in the order of time.
 pub struct Ticks<'r, R> {
     reader: &'r mut Reader<R>,
     replay: Replay,
@@ -214,6 +217,8 @@ pub struct Ticks<'r, R> {
 impl<R: Read + Seek> Reader<R> {
     /// The flight, which is one of `scenario`, tick by tick, from the current message on.
     pub fn ticks(&mut self, scenario: &Scenario) -> Ticks<'_, R> {
+        // The caller may know the scenario of a log that has lost it.
+        self.clock = Some(Clock::new(scenario.time.rate_hz));
         Ticks { reader: self, replay: Replay::new(scenario) }
     }
 }
@@ -223,9 +228,11 @@ impl<R: Read + Seek> Iterator for Ticks<'_, R> {
 
     fn next(&mut self) -> Option<Replayed> {
         for message in self.reader.by_ref() {
-            let tick = self.replay.take(&message.topic.name, message.sequence, &message.data);
-            if tick.is_some() {
-                return tick;
+            // A message of another program has its own times, and is no part of the flight.
+            let Some(tick) = message.tick else { continue };
+            let before = self.replay.take(&message.topic.name, tick, &message.data);
+            if before.is_some() {
+                return before;
             }
         }
         // No later tick completes the last one.

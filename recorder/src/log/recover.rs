@@ -1,10 +1,11 @@
 //! Rebuilds a log that was cut or damaged: copies everything readable into a new, complete file with indexes.
 //!
-//! Never changes its input and never overwrites a file.
+//! Never changes its input, never overwrites a file, and never leaves a half-written one.
 
 use super::{
     RESULT, SCENARIO,
     copy::RecordCopier,
+    input::{self, LogInput},
     reader::{LogDamages, ReadError, Reader},
     salvage::Salvage,
 };
@@ -13,10 +14,12 @@ use mcap::{
     records::{Header, MessageHeader, Record},
 };
 use std::{
-    fs::{self, File},
-    io::{self, BufReader, BufWriter},
+    fs::{File, Permissions},
+    io::{self, BufReader, BufWriter, Write},
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
+use tempfile::{Builder, NamedTempFile};
 
 /// Bytes of a chunk before compression. Larger chunks compress better, but one damaged byte costs a whole chunk.
 const CHUNK_BYTES: u64 = 1 << 20;
@@ -50,6 +53,11 @@ impl RecoveredLog {
     pub fn has_result(&self) -> bool {
         self.metadata.iter().any(|name| name == RESULT)
     }
+
+    /// Whether the new log holds everything that a whole log of a flight does.
+    pub fn is_whole(&self) -> bool {
+        self.damages.count == 0 && self.unnamed == 0 && self.has_scenario() && self.has_result()
+    }
 }
 
 /// Why a log cannot be recovered.
@@ -69,38 +77,50 @@ pub enum RecoverError {
     Unwritable {
         /// The output file.
         path: PathBuf,
-        /// What went wrong.
-        reason: McapError,
+        /// What went wrong, in the words of the operating system if it refused.
+        reason: io::Error,
     },
 }
 
-/// Copies what is readable of the log at `input` into a new log at `output`.
+/// Copies what is readable of the log that `input` names into a new log at `output`.
 pub fn recover(input: &Path, output: &Path) -> Result<RecoveredLog, RecoverError> {
+    let unwritable = |reason| RecoverError::Unwritable { path: output.to_owned(), reason };
+    // Before anything is read or written, because both can take long.
+    if output.symlink_metadata().is_ok() {
+        return Err(RecoverError::Exists { path: output.to_owned() });
+    }
+    let LogInput { path, file, problem } = input::open(input)?;
     // Opening a reader gives the clear errors about files that are not logs.
-    drop(Reader::open(input)?);
-    let source = File::open(input)
-        .map_err(|source| ReadError::Unreadable { path: input.to_owned(), source })
-        .map(BufReader::new)?;
-    // Check and create in one step, so that a file that appears meanwhile is not overwritten.
-    let file = File::create_new(output).map_err(|error| output_error(output, error))?;
-    let mut salvage = Salvage::new(source);
-    let recovered = copy(&mut salvage, file).map_err(|reason| {
-        // A partial output must not pass for a recovered log. The write error matters more than one of removing.
-        let _ = fs::remove_file(output);
-        RecoverError::Unwritable { path: output.to_owned(), reason }
+    drop(Reader::of(&path, BufReader::new(&file))?);
+    let draft = draft(output).map_err(unwritable)?;
+    let mut salvage = Salvage::new(BufReader::new(file));
+    let recovered = copy(&mut salvage, draft.as_file()).map_err(|error| unwritable(io_error(error)))?;
+    draft.persist_noclobber(output).map_err(|refused| match refused.error.kind() {
+        io::ErrorKind::AlreadyExists => RecoverError::Exists { path: output.to_owned() },
+        _ => unwritable(refused.error),
     })?;
-    Ok(RecoveredLog { damages: salvage.damages().clone(), has_ended: salvage.has_ended(), ..recovered })
+    let mut damages = salvage.damages().clone();
+    if let Some(problem) = problem {
+        damages.add(0, 0, problem);
+    }
+    Ok(RecoveredLog { damages, has_ended: salvage.has_ended(), ..recovered })
 }
 
-fn output_error(output: &Path, error: io::Error) -> RecoverError {
-    let path = output.to_owned();
-    match error.kind() {
-        io::ErrorKind::AlreadyExists => RecoverError::Exists { path },
-        _ => RecoverError::Unwritable { path, reason: error.into() },
+/// A file beside `output` that disappears unless it gets that name: a partial output must not pass for a recovered log.
+fn draft(output: &Path) -> io::Result<NamedTempFile> {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // As for any new file, the user's mask decides who may read it. The default of temporary files is stricter.
+    Builder::new().permissions(Permissions::from_mode(0o666)).tempfile_in(folder)
+}
+
+fn io_error(error: McapError) -> io::Error {
+    match error {
+        McapError::Io(reason) => reason,
+        other => io::Error::other(other),
     }
 }
 
-fn copy(salvage: &mut Salvage<BufReader<File>>, file: File) -> McapResult<RecoveredLog> {
+fn copy(salvage: &mut Salvage<BufReader<File>>, file: &File) -> McapResult<RecoveredLog> {
     let mut records = salvage.peekable();
     // A log begins with its header, so the library and profile of the original must be known before anything is
     // written.
@@ -113,18 +133,19 @@ fn copy(salvage: &mut Salvage<BufReader<File>>, file: File) -> McapResult<Recove
         recovery.take(record)?;
     }
     recovery.writer.finish()?;
+    recovery.writer.into_inner().flush()?;
     Ok(recovery.recovered)
 }
 
 /// A log that is being rebuilt.
-struct LogRecovery {
-    writer: Writer<BufWriter<File>>,
+struct LogRecovery<'a> {
+    writer: Writer<BufWriter<&'a File>>,
     copier: RecordCopier,
     recovered: RecoveredLog,
 }
 
-impl LogRecovery {
-    fn new(file: File, header: Header) -> McapResult<Self> {
+impl<'a> LogRecovery<'a> {
+    fn new(file: &'a File, header: Header) -> McapResult<Self> {
         let options = WriteOptions::new().library(header.library).profile(header.profile);
         // Without threads: the default number depends on the machine, and with it the bytes of the file.
         let options = options.chunk_size(Some(CHUNK_BYTES)).compression_threads(0);
@@ -163,6 +184,7 @@ impl LogRecovery {
 mod tests {
     use super::*;
     use crate::testing::{messages, place, record, record_and_die, small_log};
+    use std::fs;
 
     #[test]
     fn a_recovered_log_holds_what_was_left_and_has_an_index() {

@@ -32,6 +32,10 @@ pub struct Replayed {
     pub has_lines: bool,
     /// Number of messages of all topics.
     pub messages: u64,
+    /// Number of messages that repeat another one of the tick.
+    pub doubled: u64,
+    /// A topic that has two different messages in this tick, as only the logs of two flights together have it.
+    pub conflict: Option<String>,
 }
 
 /// Puts the messages of a log together again, tick by tick.
@@ -52,8 +56,8 @@ impl Replay {
 
     /// Takes a message of `tick`; the messages of one tick come together. Returns the previous tick when a new one
     /// begins.
-    pub(crate) fn take(&mut self, topic: &str, tick: u32, data: &[u8]) -> Option<Replayed> {
-        let before = if i64::from(tick) == self.tick.frame.tick { None } else { self.turn_to(tick.into()) };
+    pub(crate) fn take(&mut self, topic: &str, tick: i64, data: &[u8]) -> Option<Replayed> {
+        let before = if tick == self.tick.frame.tick { None } else { self.turn_to(tick) };
         self.tick.messages += 1;
         // Only a message that was understood makes a tick: one of an unknown topic must not yield an empty one.
         self.begun |= self.place(topic, data).is_some();
@@ -82,9 +86,15 @@ impl Replay {
     /// Puts a message into its place in the tick. `None` if its topic is unknown or its data are damaged.
     fn place(&mut self, topic: &str, data: &[u8]) -> Option<()> {
         match topic {
-            topics::EVENTS => self.tick.events.push(LoggedEvent::decode(data).ok()?.event()?),
+            topics::EVENTS => {
+                let event = LoggedEvent::decode(data).ok()?.event()?;
+                self.tick.doubled += add_once(&mut self.tick.events, event);
+            }
             topics::LOG => self.tick.has_lines = true,
-            topics::LINKS => self.tick.frame.links.push(LinkCounts::decode(data).ok()?.counts()),
+            topics::LINKS => {
+                let counts = LinkCounts::decode(data).ok()?.counts();
+                self.tick.doubled += add_once(&mut self.tick.frame.links, counts);
+            }
             topics::TIMING => self.tick.timing = Some(Timing::decode(data).ok()?),
             topics::LEADER_POSE => {
                 // Not the leader of the frame, which would then come and go from tick to tick.
@@ -92,21 +102,26 @@ impl Replay {
                 self.tick.leader = Some(Point2::new(position.x, position.y));
             }
             // Scenes, map, metrics and faults only show what the states and events hold, so they are not read back.
-            _ => self.place_uav(UavTopic::parse(topic)?, data)?,
+            _ => self.place_uav(topic, data)?,
         }
         Some(())
     }
 
-    fn place_uav(&mut self, topic: UavTopic, data: &[u8]) -> Option<()> {
-        match topic {
+    fn place_uav(&mut self, topic: &str, data: &[u8]) -> Option<()> {
+        let placed = match UavTopic::parse(topic)? {
             UavTopic::State => {
                 let message = UavState::decode(data).ok()?;
-                self.uav(message.uav)?.state = Some(message.state());
+                set_once(&mut self.uav(message.uav)?.state, message.state())
             }
             UavTopic::Control => {
                 let message = UavControl::decode(data).ok()?;
-                self.uav(message.uav)?.control = Some(message.terms());
+                set_once(&mut self.uav(message.uav)?.control, message.terms())
             }
+        };
+        match placed {
+            Placed::New => {}
+            Placed::Again => self.tick.doubled += 1,
+            Placed::Different => drop(self.tick.conflict.get_or_insert_with(|| topic.to_owned())),
         }
         Some(())
     }
@@ -115,6 +130,37 @@ impl Replay {
         // The number comes from a file that may be damaged: it may be 0, or larger than the swarm.
         self.tick.frame.uavs.get_mut(number.checked_sub(1)? as usize)
     }
+}
+
+/// What a message meant for a place that holds one message a tick.
+enum Placed {
+    New,
+    /// The place holds an equal one already.
+    Again,
+    /// The place holds another one.
+    Different,
+}
+
+/// Puts `found` into `place` unless something is there already.
+fn set_once<T: PartialEq>(place: &mut Option<T>, found: T) -> Placed {
+    match place {
+        None => {
+            *place = Some(found);
+            Placed::New
+        }
+        Some(known) if *known == found => Placed::Again,
+        Some(_) => Placed::Different,
+    }
+}
+
+/// Adds `found` to the list unless it has an equal one; returns how many were left out. Programs that join parts of a log
+/// may copy a message twice.
+fn add_once<T: PartialEq>(list: &mut Vec<T>, found: T) -> u64 {
+    let is_known = list.contains(&found);
+    if !is_known {
+        list.push(found);
+    }
+    is_known.into()
 }
 
 impl Replayed {
@@ -126,6 +172,8 @@ impl Replayed {
             events: Vec::new(),
             has_lines: false,
             messages: 0,
+            doubled: 0,
+            conflict: None,
         }
     }
 
@@ -166,7 +214,7 @@ impl Past {
 
     /// Takes a message of `tick`.
     pub(crate) fn learn(&mut self, topic: &str, tick: u32, data: &[u8]) {
-        if let Some(before) = self.replay.take(topic, tick, data) {
+        if let Some(before) = self.replay.take(topic, tick.into(), data) {
             self.learn_tick(before);
         }
     }

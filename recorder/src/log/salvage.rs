@@ -1,10 +1,12 @@
 //! Reads every intact record of a log, whatever happened to the file.
 //!
 //! Never fails, never panics and never trusts a length. A cut or damaged record is skipped and reported, and reading
-//! resumes at the next intact chunk. `mcap`'s own parser is not used, because it allocates what some lengths claim.
+//! resumes at the next record that can be recognised. `mcap`'s own parser is not used, because it allocates what some
+//! lengths claim.
 
 mod chunk;
 mod fields;
+mod resume;
 mod summary;
 
 use chunk::Chunk;
@@ -13,22 +15,26 @@ use mcap::{
     MAGIC,
     records::{Record, op},
 };
+use resume::Landmarks;
 use std::{
-    collections::VecDeque,
+    collections::{BTreeSet, VecDeque},
     io::{self, Read, Seek, SeekFrom},
 };
 
-/// Longest record that is believed, in bytes. ringwing's chunks hold about 1 MiB; a larger limit would let one wrong
-/// length allocate that much memory, a smaller one could reject other writers' attachments.
-const LONGEST_RECORD: u64 = 64 << 20;
+/// Longest record that is believed, in bytes. ringwing's chunks hold about 1 MiB, but other writers may be told to put a
+/// whole flight into one. A larger limit would let one wrong length allocate that much memory.
+const LONGEST_RECORD: u64 = 256 << 20;
 /// Opcode (1 byte) and length (8 bytes) that precede every record, by the MCAP specification.
 const HEAD_BYTES: u64 = 9;
 /// Damages listed one by one. Beyond this only their number and bytes are counted, so that a file of noise cannot
 /// fill the memory with reports.
 const LISTED_DAMAGES: usize = 100;
-/// Bytes examined at once when searching for the next chunk. Smaller reads cost more system calls, larger ones only
+/// Bytes examined at once when searching for the next record. Smaller reads cost more system calls, larger ones only
 /// memory.
 const SEARCH_BYTES: usize = 1 << 16;
+/// Bytes that are searched for the next record. A longer search would take hours in a file that is mostly a hole; a
+/// shorter one could give up within the damage of a log that is worth reading.
+const LONGEST_SEARCH: u64 = 1 << 30;
 
 /// A part of the file that could not be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -53,7 +59,7 @@ pub struct LogDamages {
 }
 
 impl LogDamages {
-    fn add(&mut self, offset: u64, bytes: u64, problem: impl Into<String>) {
+    pub(super) fn add(&mut self, offset: u64, bytes: u64, problem: impl Into<String>) {
         self.count += 1;
         self.bytes += bytes;
         if self.listed.len() < LISTED_DAMAGES {
@@ -74,8 +80,10 @@ pub(crate) struct Salvage<R> {
     offset: u64,
     /// The chunk whose records are being handed out.
     chunk: Chunk,
-    /// A chunk was found, so this log keeps all its messages in chunks.
+    /// A chunk was found, so messages outside the chunks are rare.
     has_chunks: bool,
+    /// Numbers of the channels found so far.
+    channels: BTreeSet<u16>,
     /// Body of the current record.
     body: Vec<u8>,
     /// Checksum of everything read so far; meaningful only while nothing was skipped.
@@ -108,6 +116,7 @@ impl<R: Read + Seek> Salvage<R> {
             offset: 0,
             chunk: Chunk::default(),
             has_chunks: false,
+            channels: BTreeSet::new(),
             body: Vec::new(),
             checksum: crc32fast::Hasher::new(),
             checksum_before: crc32fast::Hasher::new(),
@@ -116,8 +125,15 @@ impl<R: Read + Seek> Salvage<R> {
             has_ended: false,
             is_exhausted: false,
         };
-        salvage.is_exhausted = !salvage.begins_with_magic();
+        if !salvage.begins_with_magic() {
+            salvage.begin_after_damage();
+        }
         salvage
+    }
+
+    /// Reads the same source again from its beginning.
+    pub(crate) fn again(self) -> Self {
+        Self::new(self.source)
     }
 
     /// What could not be read so far.
@@ -135,6 +151,24 @@ impl<R: Read + Seek> Salvage<R> {
         self.source.rewind().is_ok() && self.read_body(self.offset).is_ok() && self.body == MAGIC
     }
 
+    /// Begins at the first record that can be recognised, in a file whose first bytes are not those of a log.
+    fn begin_after_damage(&mut self) {
+        // A log without chunks names its channels at its beginning, and a message is recognised by its channel.
+        self.fetch_summary();
+        self.channels.extend(self.repeated.iter().flatten().filter_map(|record| match record {
+            Record::Channel(channel) => Some(channel.id),
+            _ => None,
+        }));
+        let Some(first) = self.find_record(0) else {
+            // Not a log, and not a part of one. The caller has a clearer message for that.
+            self.is_exhausted = true;
+            return;
+        };
+        self.damages.add(0, first, "the first bytes are not those of an MCAP file");
+        self.offset = first;
+        self.is_exhausted = self.source.seek(SeekFrom::Start(first)).is_err();
+    }
+
     /// Reads the next `bytes` of the source into the body.
     fn read_body(&mut self, bytes: u64) -> io::Result<()> {
         self.body.clear();
@@ -147,27 +181,26 @@ impl<R: Read + Seek> Salvage<R> {
     /// Reads the next record outside the chunks and always advances; `None` if it holds no content or is damaged.
     fn next_outside(&mut self) -> Option<Record<'static>> {
         let begin = self.offset;
-        // Without a plausible head, nothing tells where the next record begins: search for a chunk.
+        // Without a plausible head, nothing tells where the next record begins: search for one.
         let Some(head) = self.read_head() else {
-            self.skip_to_next_chunk(begin);
+            self.skip_to_next_record(begin);
             return None;
         };
-        // The record fits into the file, so this is an error of the disk, and what follows may be unreadable, too.
+        self.offset = begin + HEAD_BYTES + head.length;
+        // The record fits into the file, so this is an error of the disk. The next record may be readable all the same.
         if let Err(error) = self.read_body(head.length) {
-            self.damages.add(begin, self.length - begin, format!("cannot be read: {error}"));
-            self.is_exhausted = true;
+            self.damages.add(begin, self.offset - begin, format!("cannot be read: {error}"));
+            self.is_exhausted = self.source.seek(SeekFrom::Start(self.offset)).is_err();
             return None;
         }
-        self.offset = begin + HEAD_BYTES + head.length;
         match head.opcode {
             op::CHUNK => {
                 self.has_chunks = true;
                 self.open_chunk(begin);
                 None
             }
-            op::MESSAGE if self.has_chunks => {
-                // One flipped bit turns a message index into a message, and no checksum covers records outside chunks.
-                self.damages.add(begin, self.offset - begin, "a message outside the chunks");
+            op::MESSAGE if self.has_chunks && !self.is_certain_message() => {
+                self.damages.add(begin, self.offset - begin, "a message that may be a damaged index");
                 None
             }
             op::DATA_END => {
@@ -178,22 +211,38 @@ impl<R: Read + Seek> Salvage<R> {
         }
     }
 
+    /// Whether the current record, a message between chunks, can be nothing else.
+    ///
+    /// One flipped bit turns a message index into a message, and no checksum covers records outside chunks.
+    fn is_certain_message(&self) -> bool {
+        let mut fields = Fields::new(&self.body);
+        let channel = fields.u16();
+        // Where a message has its times, an index has a time and an offset in its chunk.
+        let (_sequence, _log_time, offset) = (fields.u32(), fields.u64(), fields.u64());
+        let could_be_index = matches!(fields::record(op::MESSAGE_INDEX, &self.body), Ok(None))
+            && offset.is_none_or(|offset| offset < LONGEST_RECORD);
+        !could_be_index && channel.is_some_and(|channel| self.channels.contains(&channel))
+    }
+
     /// Opcode and length at the current offset, if both are plausible.
     fn read_head(&mut self) -> Option<RecordHead> {
         self.checksum_before = self.checksum.clone();
-        self.read_body(HEAD_BYTES).ok()?;
+        if let Err(error) = self.read_body(HEAD_BYTES) {
+            if error.kind() != io::ErrorKind::UnexpectedEof {
+                self.damages.add(self.offset, 0, format!("cannot be read: {error}"));
+            }
+            return None;
+        }
         let mut fields = Fields::new(&self.body);
         let head = RecordHead { opcode: fields.u8()?, length: fields.u64()? };
         let left = self.length.saturating_sub(self.offset + HEAD_BYTES);
-        // Opcodes from 0x80 are reserved for private records.
-        let is_known = (op::HEADER..=op::DATA_END).contains(&head.opcode) || head.opcode >= 0x80;
-        (is_known && head.length <= left.min(LONGEST_RECORD)).then_some(head)
+        (resume::is_opcode(head.opcode) && head.length <= left.min(LONGEST_RECORD)).then_some(head)
     }
 
     fn open_chunk(&mut self, begin: u64) {
         if !Chunk::has_consistent_lengths(&self.body) {
             // The record's own length may be wrong, so the next record may begin elsewhere.
-            return self.skip_to_next_chunk(begin);
+            return self.skip_to_next_record(begin);
         }
         match Chunk::decompress(&self.body, LONGEST_RECORD) {
             Ok(chunk) => self.chunk = chunk,
@@ -219,8 +268,7 @@ impl<R: Read + Seek> Salvage<R> {
             self.damages.add(begin, self.offset - begin, "an incomplete end of the data section");
             return;
         };
-        // After the data section comes the summary, which holds nothing of its own.
-        (self.has_ended, self.is_exhausted) = (true, true);
+        self.has_ended = true;
         let found = self.checksum_before.clone().finalize();
         // 0 means that the writer stated no checksum. After a damage the mismatch is already explained.
         if stated != 0 && stated != found && self.damages.count == 0 {
@@ -228,19 +276,40 @@ impl<R: Read + Seek> Salvage<R> {
                 "the checksum of the data section does not match: something outside the chunks changed";
             self.damages.add(0, 0, problem);
         }
+        self.pass_summary();
+    }
+
+    /// Passes the summary, which holds nothing of its own, and looks for what does not belong to the log.
+    fn pass_summary(&mut self) {
+        self.is_exhausted = true;
+        while let Some(head) = self.read_head() {
+            self.offset += HEAD_BYTES + head.length;
+            if self.source.seek(SeekFrom::Start(self.offset)).is_err() {
+                return;
+            }
+            if head.opcode == op::FOOTER {
+                let end = self.offset + MAGIC.len() as u64;
+                // Nothing of the flight is lost if the footer is cut.
+                if end < self.length {
+                    let problem = "more bytes after the end of the log, as if another file was appended";
+                    self.damages.add(end, self.length - end, problem);
+                }
+                return;
+            }
+        }
     }
 
     fn parse(&mut self, begin: u64, opcode: u8) -> Option<Record<'static>> {
         fields::record(opcode, &self.body).unwrap_or_else(|_| {
             // The record's own length may be wrong, so the next record may begin elsewhere.
-            self.skip_to_next_chunk(begin);
+            self.skip_to_next_record(begin);
             None
         })
     }
 
-    /// Resumes at the first chunk after `begin` whose lengths agree, or ends if there is no such chunk.
-    fn skip_to_next_chunk(&mut self, begin: u64) {
-        let next = self.find_chunk(begin + 1).unwrap_or(self.length);
+    /// Resumes at the first record after `begin` that can be recognised, or ends if there is no such record.
+    fn skip_to_next_record(&mut self, begin: u64) {
+        let next = self.find_record(begin + 1).unwrap_or(self.length);
         self.offset = next;
         self.is_exhausted = next >= self.length || self.source.seek(SeekFrom::Start(next)).is_err();
         if next > begin {
@@ -252,19 +321,27 @@ impl<R: Read + Seek> Salvage<R> {
         }
     }
 
-    /// Offset of the first plausible chunk at or after `from`.
-    fn find_chunk(&mut self, from: u64) -> Option<u64> {
+    /// Offset of the first record at or after `from` that can be recognised.
+    fn find_record(&mut self, from: u64) -> Option<u64> {
+        let landmarks = Landmarks { channels: &self.channels, has_chunks: self.has_chunks };
+        let end = self.length.min(from.saturating_add(LONGEST_SEARCH));
         let mut window = Vec::new();
         let mut start = from;
-        while start < self.length {
+        while start < end {
             self.source.seek(SeekFrom::Start(start)).ok()?;
             window.clear();
-            // Windows overlap by one chunk head, so that a head across their border is found too.
-            let size = (SEARCH_BYTES + chunk::HEAD_BYTES) as u64;
-            self.source.by_ref().take(size).read_to_end(&mut window).ok()?;
+            // Windows overlap by the head of a record, so that one across their border is found too.
+            let size = (SEARCH_BYTES + resume::HEAD_BYTES) as u64;
+            if let Err(error) = self.source.by_ref().take(size).read_to_end(&mut window) {
+                self.damages.add(start, 0, format!("cannot be read: {error}"));
+                return None;
+            }
             let starts = 0..window.len().min(SEARCH_BYTES);
             let left = |at: usize| self.length - start - at as u64;
-            if let Some(at) = starts.into_iter().find(|at| chunk::begins(&window[*at..], left(*at))) {
+            let found = starts
+                .into_iter()
+                .find(|at| landmarks.is_record(window.get(*at..).unwrap_or(&[]), left(*at)));
+            if let Some(at) = found {
                 return Some(start + at as u64);
             }
             start += SEARCH_BYTES as u64;
@@ -311,6 +388,9 @@ impl<R: Read + Seek> Iterator for Salvage<R> {
             } else {
                 self.next_outside()
             };
+            if let Some(Record::Channel(channel)) = &record {
+                self.channels.insert(channel.id);
+            }
             if record.is_some() {
                 return record;
             }

@@ -21,12 +21,13 @@ use mcap::{
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
+use ringwing_bus::write_whole;
 use ringwing_flight::{Level, TickTiming, TimedEvent};
 use ringwing_scenario::Scenario;
 use std::{
     borrow::Cow,
     collections::BTreeMap,
-    fs::{self, File},
+    fs::File,
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -43,13 +44,15 @@ const FLUSHES_HZ: u32 = 2;
 
 /// What a log begins with.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Opening<'a> {
+pub struct Opening<'a> {
     /// The scenario.
-    pub(crate) scenario: &'a Scenario,
+    pub scenario: &'a Scenario,
     /// The text that the scenario was read from.
-    pub(crate) text: &'a str,
+    pub text: &'a str,
     /// Whether the log gets wall-clock times.
-    pub(crate) timing: bool,
+    pub timing: bool,
+    /// When the run was started, in UTC, if the log is to say that.
+    pub started_at: Option<&'a str>,
 }
 
 /// A log under construction.
@@ -64,6 +67,8 @@ pub(crate) struct LogWriter {
     /// Holds one encoded message at a time; kept to reuse its memory.
     buffer: Vec<u8>,
     messages: u64,
+    /// Number of messages by channel.
+    counts: Vec<u64>,
     /// The flush interval of the messages since the last flush.
     interval: i64,
     flushed: Instant,
@@ -76,7 +81,7 @@ impl LogWriter {
         let layout = layout::render(opening.scenario, opening.timing);
         let (writer, channels) = open(file, opening, &layout).map_err(RecorderError::log(path, "written"))?;
         let beside = path.with_file_name(LAYOUT_FILE);
-        fs::write(&beside, layout).map_err(RecorderError::log(&beside, "written"))?;
+        write_whole(&beside, layout).map_err(RecorderError::log(&beside, "written"))?;
         Ok(Self {
             path: path.to_owned(),
             writer,
@@ -86,6 +91,7 @@ impl LogWriter {
             introduction: Some(introduction(opening.scenario)),
             buffer: Vec::new(),
             messages: 0,
+            counts: Vec::new(),
             interval: 0,
             flushed: Instant::now(),
         })
@@ -132,6 +138,9 @@ impl LogWriter {
         self.write_some(self.channels.transforms, tick, view.transforms.as_ref())?;
         if let (Some(channel), Some(timing)) = (self.channels.timing, timing) {
             self.write(channel, tick, &Timing::from(timing))?;
+        }
+        if let Some(channel) = self.channels.timing_percentiles {
+            self.write_some(channel, tick, view.timing.as_ref())?;
         }
         // `/uav/...` sorts after all other topics.
         (1..).zip(&frame.uavs).try_for_each(|(number, uav)| self.write_uav(tick, number, uav))
@@ -195,7 +204,7 @@ impl LogWriter {
         // the tick, because readers group messages into ticks by it.
         let log_time = self.clock.log_time_ns(tick);
         let header = MessageHeader { channel_id, sequence: tick as u32, log_time, publish_time: log_time };
-        self.messages += 1;
+        self.count(channel_id);
         self.writer
             .write_to_known_channel(&header, &self.buffer)
             .map_err(RecorderError::log(&self.path, "written"))
@@ -204,8 +213,16 @@ impl LogWriter {
     /// Writes a message of another log of this flight, whose header already names a channel of this one.
     pub(crate) fn copy(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
         self.flush_if_due(i64::from(header.sequence))?;
-        self.messages += 1;
+        self.count(header.channel_id);
         self.writer.write_to_known_channel(header, data).map_err(RecorderError::log(&self.path, "written"))
+    }
+
+    fn count(&mut self, channel: u16) {
+        let channel = usize::from(channel);
+        // A takeover can add channels that this writer has not registered.
+        self.counts.resize(self.counts.len().max(channel + 1), 0);
+        self.counts[channel] += 1;
+        self.messages += 1;
     }
 
     /// Lets `write` add other records to the file.
@@ -249,7 +266,8 @@ impl LogWriter {
     }
 
     /// Ends the log with its `result` and its index.
-    pub(crate) fn finish(&mut self, result: BTreeMap<String, String>) -> Result<(), RecorderError> {
+    pub(crate) fn finish(&mut self, mut result: BTreeMap<String, String>) -> Result<(), RecorderError> {
+        result.extend(self.channels.judged_counts(&self.counts));
         let metadata = Metadata { name: RESULT.into(), metadata: result };
         self.writer
             .write_metadata(&metadata)
@@ -271,7 +289,7 @@ fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSee
         // The sink only appends: complete each chunk in memory instead of going back to its header.
         .disable_seeking(true)
         .create(NoSeek::new(Sink::new(file)))?;
-    writer.write_metadata(&Metadata { name: RUN.into(), metadata: describe(opening.scenario) })?;
+    writer.write_metadata(&Metadata { name: RUN.into(), metadata: describe(opening) })?;
     // Simulated time here, too: the moment of writing would make the files of equal flights differ.
     let start = Clock::new(opening.scenario.time.rate_hz).log_time_ns(0);
     let attachments = [(SCENARIO, "application/toml", opening.text), (LAYOUT, "application/json", layout)];
@@ -291,9 +309,10 @@ fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSee
 }
 
 /// The metadata about the run.
-fn describe(scenario: &Scenario) -> BTreeMap<String, String> {
+fn describe(opening: &Opening) -> BTreeMap<String, String> {
+    let scenario = opening.scenario;
     let formation = scenario.formation();
-    [
+    let mut run = BTreeMap::from([
         ("name", scenario.name.clone()),
         ("seed", scenario.seed.to_string()),
         ("version", env!("CARGO_PKG_VERSION").into()),
@@ -304,9 +323,10 @@ fn describe(scenario: &Scenario) -> BTreeMap<String, String> {
         ("law", scenario.control.law.name().into()),
         ("mode", mode_name(scenario).into()),
         ("duration_s", scenario.time.duration_s.to_string()),
-    ]
-    .map(|(key, value)| (key.into(), value))
-    .into()
+    ]);
+    // Log times are simulated, so this alone tells at what time of day a real-time run was flown.
+    run.extend(opening.started_at.map(|time| ("started_at", time.into())));
+    run.into_iter().map(|(key, value)| (key.into(), value)).collect()
 }
 
 /// The first line of `/log`: swarm, law, rate, mode and seed.
@@ -383,7 +403,7 @@ mod tests {
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         let found: Vec<_> =
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
-        assert!(found.is_sorted() && found.len() == 2018);
+        assert!(found.is_sorted() && found.len() == 2019);
         assert!(found.iter().zip(topics::ALL).all(|(found, named)| *found == named));
         assert_eq!(found[16], "/uav/0001/control");
     }

@@ -120,7 +120,7 @@ pub struct TrueState {
     pub speed_m_s: f64,
     /// Turn rate flown over the last tick.
     pub turn_rate_rad_s: f64,
-    /// Distance to the previous ring neighbour, while that one flies.
+    /// Distance to the previous ring neighbour, while both are in the ring and that one is in the sky.
     pub previous_distance_m: Option<f64>,
     /// Distance to the next ring neighbour, while that one flies.
     pub next_distance_m: Option<f64>,
@@ -285,7 +285,7 @@ impl Frame {
         self.leader = samples.leader;
         let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();
         // Agents send their counts in any order; sorted, equal flights give equal logs.
-        counts.sort_by_key(|counts| (counts.to, counts.from));
+        counts.sort_by_key(|counts| (counts.to, counts.from, counts.acted));
         self.links.clear();
         self.links.extend(counts.into_iter().map(LinkTotals::from));
         // The ring is up to date by now: slots and neighbours come from it.
@@ -331,6 +331,10 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         samples.airframes[UavId(neighbour.uav).index()].map(|other| distance(other.position))
     };
     let place = ring.place(uav.0);
+    // A lost UAV flies away from the ring. The distances to the neighbours that it would return to say nothing about the
+    // formation, and in a plot they would hide the others.
+    let neighbour_distance =
+        |neighbour: Option<RingNeighbour>| neighbour.filter(|_| place.is_in).and_then(neighbour_distance);
     // The leader's true position at this tick, not what agents heard of it: errors include the delay of their data.
     let centre = samples.leader.map(|leader| Point2::from(leader.position_m));
     let slot = centre.map(|centre| centre + place.offset);
@@ -341,8 +345,8 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         heading_rad: airframe.heading_rad,
         speed_m_s: airframe.speed_m_s,
         turn_rate_rad_s: airframe.turn_rate_rad_s,
-        previous_distance_m: place.previous.and_then(neighbour_distance),
-        next_distance_m: place.next.and_then(neighbour_distance),
+        previous_distance_m: neighbour_distance(place.previous),
+        next_distance_m: neighbour_distance(place.next),
         leader_distance_m: centre.map(distance),
         slot_m: slot.map(Into::into),
         slot_error_m: slot.map(distance),

@@ -1,134 +1,202 @@
 //! How long the formation takes to recover from each fault.
+//!
+//! Must never call a formation recovered that was not seen whole for as long as a settled one.
 
-use super::settling::TOLERANCE_M;
+use super::hold::{Hold, Wholeness};
 use ringwing_flight::Tick;
 use serde::{Deserialize, Serialize};
 
-/// Faults listed in a summary; further ones are only counted. More make the summary of a run with many faults too long to
-/// read.
+/// Moments with faults in a summary; further ones are only counted. More make the summary of a run with many faults too
+/// long to read.
 const LISTED: usize = 100;
+/// Faults of one moment that are named; the others are only counted. More make a line too long to read.
+const NAMED: usize = 3;
 
-/// A fault, and how long the formation took to recover.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The faults of one moment, and how long the formation took to recover.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FaultRecovery {
-    /// What happened, as a sentence.
+    /// What happened, as a sentence; several are separated by semicolons.
     pub fault: String,
+    /// Number of faults at that moment.
+    pub faults: u64,
     /// When it happened, in simulated time.
     pub time_s: f64,
-    /// Time from the fault until every slot error is within 1 m and stays so to the next fault or the end of the flight.
-    /// Absent if the formation did not recover; 0 if the fault had no effect.
+    /// Time from the fault until every slot error is within 1 m and stays so for at least 5 s and to the next fault or
+    /// the end of the flight; 0 if the fault had no effect. Absent if no such recovery was seen.
     pub recovery_s: Option<f64>,
+    /// When the next fault came, if that was before the formation had recovered.
+    pub cut_short_s: Option<f64>,
+    /// What that next fault was.
+    pub cut_short_by: Option<String>,
 }
 
-/// Watches the largest slot error after each fault.
-#[derive(Debug, Clone, Default)]
-pub(super) struct RecoveryWatch {
-    faults: Vec<ListedFault>,
-    count: u64,
-    /// Whether there were more faults than are listed. Then the last listed one is no longer watched.
-    overflown: bool,
-    /// The last tick that had a slot error, and the largest of them.
-    newest: Option<(i64, f64)>,
+/// All recoveries of a flight.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Recoveries {
+    /// Number of faults.
+    pub(super) faults: u64,
+    /// Number of moments at which there were faults.
+    pub(super) moments: u64,
+    /// Number of those that the next one cut short.
+    pub(super) cut_short: u64,
+    /// The longest recovery; absent unless the formation recovered from every fault.
+    pub(super) longest_s: Option<f64>,
+    /// The first moments, the one with the longest recovery, and the last one, in order of time.
+    pub(super) listed: Vec<FaultRecovery>,
 }
 
+/// Watches whether the formation is whole after each fault.
 #[derive(Debug, Clone)]
-struct ListedFault {
-    what: String,
+pub(super) struct RecoveryWatch {
+    rate_hz: u32,
+    /// The first moments whose recovery is over.
+    first: Vec<FaultRecovery>,
+    /// Of all later ones, the one with the longest recovery.
+    worst: Option<FaultRecovery>,
+    /// The newest moment, whose recovery goes on.
+    newest: Option<FaultMoment>,
+    faults: u64,
+    moments: u64,
+    cut_short: u64,
+    /// The longest of the recoveries that are over.
+    longest_s: Option<f64>,
+    /// The last tick that was observed, and how the formation was.
+    observed: Option<(i64, Wholeness)>,
+}
+
+/// The faults of one tick.
+#[derive(Debug, Clone)]
+struct FaultMoment {
+    named: Vec<String>,
+    faults: u64,
     tick: i64,
-    /// The first tick since which every slot error is within tolerance.
-    whole_since: Option<i64>,
+    /// How long the formation has been whole since.
+    hold: Hold,
+}
+
+impl FaultMoment {
+    fn new(tick: i64, what: &str) -> Self {
+        Self { named: vec![what.to_owned()], faults: 1, tick, hold: Hold::default() }
+    }
+
+    fn add(&mut self, what: &str) {
+        self.faults += 1;
+        if self.named.len() < NAMED {
+            self.named.push(what.to_owned());
+        }
+    }
+
+    /// Its faults as one sentence.
+    fn text(&self) -> String {
+        let more = self.faults - self.named.len() as u64;
+        let rest = if more > 0 { format!("; and {more} more at once") } else { String::new() };
+        self.named.join("; ") + &rest
+    }
+
+    fn recovery(&self, rate_hz: u32) -> FaultRecovery {
+        let settled = self.hold.settled_since(rate_hz);
+        FaultRecovery {
+            fault: self.text(),
+            faults: self.faults,
+            time_s: Tick(self.tick).seconds(rate_hz),
+            recovery_s: settled.map(|tick| Tick(tick - self.tick).seconds(rate_hz)),
+            cut_short_s: None,
+            cut_short_by: None,
+        }
+    }
 }
 
 impl RecoveryWatch {
-    /// Takes a disturbance of `tick`, described by `what`. Several of one tick are listed as one fault.
+    pub(super) fn new(rate_hz: u32) -> Self {
+        Self {
+            rate_hz,
+            first: Vec::new(),
+            worst: None,
+            newest: None,
+            faults: 0,
+            moments: 0,
+            cut_short: 0,
+            longest_s: None,
+            observed: None,
+        }
+    }
+
+    /// Takes a disturbance of `tick`, described by `what`. Several of one tick are one moment: as two, the first would
+    /// end in the tick in which it begins, before anything could recover.
     pub(super) fn on_disturbance(&mut self, tick: i64, what: &str) {
-        self.count += 1;
-        if let Some(last) = self.faults.last_mut().filter(|last| last.tick == tick) {
-            // As two faults, the first would end in the tick in which it begins, before anything could recover.
-            last.what = format!("{}; {what}", last.what);
-        } else if self.faults.len() < LISTED {
-            // A report may come after the frame of its tick, so frames since that tick count as well.
-            let after = self.newest.filter(|(newest, error_m)| *newest >= tick && *error_m <= TOLERANCE_M);
-            let whole_since = after.map(|(newest, _)| newest);
-            self.faults.push(ListedFault { what: what.to_owned(), tick, whole_since });
-        } else {
-            self.overflown = true;
+        self.faults += 1;
+        if let Some(newest) = self.newest.as_mut().filter(|newest| newest.tick == tick) {
+            newest.add(what);
+            return;
+        }
+        self.moments += 1;
+        let mut moment = FaultMoment::new(tick, what);
+        match self.newest.take() {
+            // A report that comes after that of a later fault: nobody watched between the two.
+            Some(newest) if newest.tick > tick => {
+                self.close(&moment, &newest);
+                self.newest = Some(newest);
+            }
+            before => {
+                if let Some(before) = before {
+                    self.close(&before, &moment);
+                }
+                // A report may come after the frame of its tick, so the newest frame counts as well.
+                if let Some((observed, wholeness)) = self.observed.filter(|(observed, _)| *observed >= tick) {
+                    moment.hold.observe(observed, wholeness, self.rate_hz);
+                }
+                self.newest = Some(moment);
+            }
         }
     }
 
-    /// Takes the largest slot error of `tick`. A tick without one changes nothing.
-    pub(super) fn observe(&mut self, tick: i64, slot_error_max_m: Option<f64>) {
-        let Some(error_m) = slot_error_max_m else { return };
-        self.newest = Some((tick, error_m));
-        if let Some(last) = self.faults.last_mut().filter(|_| !self.overflown) {
-            last.whole_since = (error_m <= TOLERANCE_M).then(|| last.whole_since.unwrap_or(tick));
+    /// Ends the recovery of `moment`, because `next` has come.
+    fn close(&mut self, moment: &FaultMoment, next: &FaultMoment) {
+        let mut recovery = moment.recovery(self.rate_hz);
+        if recovery.recovery_s.is_none() {
+            self.cut_short += 1;
+            recovery.cut_short_s = Some(Tick(next.tick).seconds(self.rate_hz));
+            recovery.cut_short_by = Some(next.text());
+        }
+        self.longest_s = longer(self.longest_s, recovery.recovery_s);
+        // Two places are for the worst and the last.
+        if self.first.len() < LISTED - 2 {
+            self.first.push(recovery);
+        } else if self.worst.as_ref().is_none_or(|worst| recovery.recovery_s > worst.recovery_s) {
+            self.worst = Some(recovery);
         }
     }
 
-    /// The number of faults so far.
-    pub(super) fn count(&self) -> u64 {
-        self.count
+    /// Takes the next tick.
+    pub(super) fn observe(&mut self, tick: i64, wholeness: Wholeness) {
+        self.observed = Some((tick, wholeness));
+        if let Some(newest) = &mut self.newest {
+            newest.hold.observe(tick, wholeness, self.rate_hz);
+        }
     }
 
-    /// The listed faults, in order of time.
-    pub(super) fn recoveries(&self, rate_hz: u32) -> Vec<FaultRecovery> {
-        let recovery = |fault: &ListedFault| FaultRecovery {
-            fault: fault.what.clone(),
-            time_s: Tick(fault.tick).seconds(rate_hz),
-            recovery_s: fault.whole_since.map(|tick| Tick(tick - fault.tick).seconds(rate_hz)),
-        };
-        self.faults.iter().map(recovery).collect()
+    /// All recoveries so far.
+    pub(super) fn recoveries(&self) -> Recoveries {
+        let last = self.newest.as_ref().map(|newest| newest.recovery(self.rate_hz));
+        let has_recovered =
+            self.cut_short == 0 && last.as_ref().is_some_and(|last| last.recovery_s.is_some());
+        let longest_s = longer(self.longest_s, last.as_ref().and_then(|last| last.recovery_s));
+        let mut listed: Vec<_> = self.first.iter().chain(&self.worst).cloned().chain(last).collect();
+        // A late report is listed where it belongs.
+        listed.sort_by(|one, other| one.time_s.total_cmp(&other.time_s));
+        Recoveries {
+            faults: self.faults,
+            moments: self.moments,
+            cut_short: self.cut_short,
+            longest_s: longest_s.filter(|_| has_recovered),
+            listed,
+        }
     }
+}
+
+fn longer(one: Option<f64>, other: Option<f64>) -> Option<f64> {
+    one.into_iter().chain(other).reduce(f64::max)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Seconds to recover from faults at `faults`, at 10 Hz, in a flight of 100 ticks with slot errors in `bad`.
-    fn recoveries(faults: &[i64], bad: std::ops::Range<i64>) -> Vec<Option<f64>> {
-        let mut watch = RecoveryWatch::default();
-        for tick in 0..100 {
-            if faults.contains(&tick) {
-                watch.on_disturbance(tick, "loss");
-            }
-            watch.observe(tick, Some(if bad.contains(&tick) { 1.5 } else { 0.5 }));
-        }
-        watch.recoveries(10).into_iter().map(|recovery| recovery.recovery_s).collect()
-    }
-
-    #[test]
-    fn recovery_ends_when_the_formation_is_whole_for_good() {
-        assert_eq!(recoveries(&[20], 25..60), [Some(4.0)]);
-        assert_eq!(recoveries(&[20], 25..100), [None]);
-        assert_eq!(recoveries(&[20], 0..10), [Some(0.0)]);
-    }
-
-    #[test]
-    fn a_fault_can_recover_only_until_the_next_one() {
-        assert_eq!(recoveries(&[20, 50], 25..60), [None, Some(1.0)]);
-        assert_eq!(recoveries(&[20, 70], 25..60), [Some(4.0), Some(0.0)]);
-    }
-
-    #[test]
-    fn faults_of_one_tick_are_listed_as_one_and_many_faults_are_only_counted() {
-        let mut watch = RecoveryWatch::default();
-        for tick in 0..500 {
-            watch.on_disturbance(tick / 2, "loss");
-        }
-        assert_eq!((watch.count(), watch.recoveries(10).len()), (500, LISTED));
-        assert_eq!(watch.recoveries(10)[0].fault, "loss; loss");
-    }
-
-    #[test]
-    fn a_late_report_gives_the_same_recovery_as_one_in_time() {
-        let (mut in_time, mut late) = (RecoveryWatch::default(), RecoveryWatch::default());
-        in_time.on_disturbance(7, "loss");
-        for tick in 7..10 {
-            in_time.observe(tick, Some(2.0 - 0.5 * (tick - 7) as f64));
-            late.observe(tick, Some(2.0 - 0.5 * (tick - 7) as f64));
-        }
-        late.on_disturbance(7, "loss");
-        assert_eq!(late.recoveries(10), in_time.recoveries(10));
-    }
-}
+mod tests;

@@ -30,7 +30,7 @@ pub(super) struct RingPlace {
     /// The next neighbour.
     pub(super) next: Option<RingNeighbour>,
     /// Whether the UAV is in the ring. A UAV outside has the place that it would return to.
-    is_in: bool,
+    pub(super) is_in: bool,
 }
 
 /// A ring neighbour.
@@ -55,6 +55,33 @@ impl FlownRing {
         if self.living.reform(is_commanded) {
             self.places = places(&self.living, self.uavs());
         }
+    }
+
+    /// Who is in the ring: the slots and distances change exactly when this does.
+    pub(crate) fn living(&self) -> &LivingRing {
+        &self.living
+    }
+
+    /// The radius of the circle that the slots lie on, m; `None` if nobody is in the ring.
+    pub fn radius_m(&self) -> Option<f64> {
+        self.members().next().map(|(_, place)| place.radius_m)
+    }
+
+    /// The distance between the slots of ring neighbours, m; `None` if it differs around the ring, or if no two UAVs are left.
+    pub fn spacing_m(&self) -> Option<f64> {
+        let mut rests = self.members().filter_map(|(_, place)| place.next.map(|next| next.rest_m));
+        let first = rests.next()?;
+        // Computed distances of equal gaps differ in their last bits.
+        rests.all(|rest| (rest - first).abs() < 1e-6).then_some(first)
+    }
+
+    /// The UAVs in the ring, by ascending number, each with the displacement from the centre to its slot.
+    pub(crate) fn slots(&self) -> impl Iterator<Item = (u32, Vector2<f64>)> {
+        self.members().map(|(number, place)| (number, place.offset))
+    }
+
+    fn members(&self) -> impl Iterator<Item = (u32, &RingPlace)> {
+        (1..).zip(&self.places).filter(|(_, place)| place.is_in)
     }
 
     /// Whether the scenario closes the ring after a loss.

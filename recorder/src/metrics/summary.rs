@@ -1,13 +1,17 @@
 //! The flight in numbers, for tables, scripts and the verdict.
 
-use super::{FaultRecovery, LinkTotals, TrueState};
+use super::{ChanceEvent, FaultEffects, FaultRecovery, LinkTotals, TrueState, UnplannedLoss};
 use serde::{Deserialize, Serialize};
 
 /// A flight in numbers. A value that does not exist is absent, never 0.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FlightSummary {
-    /// The first time from which every slot error stays within 1 m for 5 s, or to the end of the flight.
+    /// The first time from which every slot error stays within 1 m for 5 s.
     pub settling_s: Option<f64>,
+    /// Since when every slot error has been within 1 m, if the flight ended before the formation could count as settled.
+    pub whole_since_s: Option<f64>,
+    /// Number of UAVs that fly on command at the end.
+    pub commanded: u32,
     /// The largest slot error at the end.
     pub slot_error_max_m: Option<f64>,
     /// The root of the mean of the squared slot errors at the end.
@@ -40,8 +44,28 @@ pub struct FlightSummary {
     pub disagreed_until_s: Option<f64>,
     /// Number of faults: requested ones, the return of a UAV included, and processes that were lost or frozen by chance.
     pub faults: u64,
-    /// How long the formation took to recover from each; only the first hundred.
+    /// Number of moments at which there were faults.
+    pub fault_moments: u64,
+    /// How long the formation took to recover at each moment. Of more than a hundred moments: the first ones, the one with
+    /// the longest recovery, and the last one.
     pub recoveries: Vec<FaultRecovery>,
+    /// How many faults were asked for, how many acted, and which had no effect.
+    #[serde(default)]
+    pub fault_effects: FaultEffects,
+    /// Number of recoveries that the next fault cut short.
+    pub recoveries_cut_short: u64,
+    /// The longest recovery; absent unless the formation was seen to recover from every fault.
+    pub recovery_max_s: Option<f64>,
+    /// Number of processes that were lost, or frozen to the end, although no fault of the run asked for it.
+    pub unplanned_losses: u64,
+    /// Those processes; only the first hundred.
+    pub unplanned_loss_list: Vec<UnplannedLoss>,
+    /// Number of events by which the flight depends on chance: flying it again may give another flight.
+    pub chance_events: u64,
+    /// Those events; only the first hundred.
+    pub chance_event_list: Vec<ChanceEvent>,
+    /// The first event by which a flight in lockstep went on without something that it should have waited for.
+    pub broke_lockstep: Option<ChanceEvent>,
     /// Number of ticks measured.
     pub ticks: u64,
     /// Number of ticks that are missing.

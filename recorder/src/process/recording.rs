@@ -15,10 +15,13 @@ use crate::{
     show::view::Viewer,
 };
 use ringwing_flight::{Event, GapCause, Reporter, Tick, TickTiming, TimedEvent, WorldReport};
-use ringwing_scenario::RequirementsSection;
+use ringwing_scenario::{Fault, Scenario};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path, time::Duration};
+
+/// The key of a log's result with the faults that were asked for during the flight, one sentence a line.
+pub const ADDED_FAULTS: &str = "added_faults";
 
 /// What the recorder leaves behind when the flight ends, for the verdict.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -34,12 +37,13 @@ pub struct RecorderReport {
 }
 
 /// A recording in progress.
-pub(crate) struct Recording {
+pub struct Recording {
     log: Option<LogWriter>,
     metrics: Metrics,
     gaps: Gaps,
     viewer: Viewer,
-    requirements: RequirementsSection,
+    /// What the flight is judged by.
+    scenario: Scenario,
     timing: bool,
     /// Why the ticks before the first frame are missing, if they are.
     first_cause: GapCause,
@@ -49,13 +53,17 @@ pub(crate) struct Recording {
     waiting: Vec<TimedEvent>,
     /// Events that a predecessor has logged already.
     logged: Vec<TimedEvent>,
+    /// The faults that were asked for during the flight. Events cut long sentences short, and these are whole.
+    added_faults: Vec<Fault>,
+    /// The events of the scenario's own faults.
+    scheduled: Vec<TimedEvent>,
 }
 
 impl Recording {
     /// Starts the log at `path`, or continues the log of a recorder that died. Without a path, the flight is only measured.
     ///
     /// While the flight has not `begun`, a log with messages belongs to another flight and is refused.
-    pub(crate) fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
+    pub fn begin(path: Option<&Path>, opening: &Opening, begun: bool) -> Result<Self, RecorderError> {
         let mut past = Past::new(opening.scenario);
         let log = match path {
             Some(path) if takeover::is_needed(path) => {
@@ -71,17 +79,27 @@ impl Recording {
             metrics: past.metrics,
             gaps: past.gaps,
             viewer: past.viewer,
-            requirements: opening.scenario.requirements.clone(),
+            scenario: opening.scenario.clone(),
             timing: opening.timing,
             first_cause,
             began: false,
             waiting: Vec::new(),
             logged: past.events,
+            added_faults: Vec::new(),
+            scheduled: opening.scenario.schedule().announcements(),
         };
-        for event in opening.scenario.schedule().announcements() {
-            recording.log_event(event);
-        }
+        recording.schedule_events();
         Ok(recording)
+    }
+
+    /// Announces the events of the scenario's own faults, as far as a live run has not healed them before their time.
+    fn schedule_events(&mut self) {
+        for event in self.scheduled.clone() {
+            self.log_event(event);
+        }
+        for event in self.logged.clone() {
+            self.forget_overtaken_healing(&event);
+        }
     }
 
     /// The first tick that is not recorded yet.
@@ -90,16 +108,41 @@ impl Recording {
     }
 
     /// The swarm in the last frame, if there was one.
-    pub(crate) fn moment(&self) -> Option<&Moment> {
+    pub fn moment(&self) -> Option<&Moment> {
         self.began.then(|| self.metrics.moment())
     }
 
     /// Takes an event; the log gets it with the frame of its tick, or with the next one if that has passed.
-    pub(crate) fn log_event(&mut self, event: TimedEvent) {
+    pub fn log_event(&mut self, event: TimedEvent) {
         // Skip repetitions: a new recorder may receive events that its predecessor has logged, and every recorder
         // announces the scenario's faults.
         if !self.logged.contains(&event) {
+            self.forget_overtaken_healing(&event);
             self.waiting.push(event);
+        }
+    }
+
+    /// Forgets the scheduled end of a fault that `event` says was healed before it: a fault ends once.
+    fn forget_overtaken_healing(&mut self, event: &TimedEvent) {
+        let Event::FaultHealed { sentence } = &event.event else { return };
+        if self.scheduled.contains(event) {
+            return;
+        }
+        let is_later = |timed: &TimedEvent| timed.tick > event.tick;
+        let is_same = |timed: &TimedEvent| match &timed.event {
+            Event::FaultHealed { sentence: other } | Event::LinkFault { sentence: other } => {
+                other == sentence
+            }
+            _ => false,
+        };
+        let next = (0..self.waiting.len())
+            .filter(|place| is_later(&self.waiting[*place]) && is_same(&self.waiting[*place]))
+            .min_by_key(|place| self.waiting[*place].tick);
+        // If the same fault begins again before that end, the end belongs to the new one.
+        if let Some(place) =
+            next.filter(|place| matches!(self.waiting[*place].event, Event::FaultHealed { .. }))
+        {
+            self.waiting.remove(place);
         }
     }
 
@@ -110,11 +153,7 @@ impl Recording {
     }
 
     /// Takes the next frame.
-    pub(crate) fn observe(
-        &mut self,
-        frame: &Frame,
-        timing: Option<&TickTiming>,
-    ) -> Result<(), RecorderError> {
+    pub fn observe(&mut self, frame: &Frame, timing: Option<&TickTiming>) -> Result<(), RecorderError> {
         let cause = if self.began { GapCause::FellBehind } else { self.first_cause };
         if let Some(gap) = self.gaps.pass(frame.tick) {
             self.log_gap(frame.tick, gap, cause);
@@ -130,6 +169,9 @@ impl Recording {
         // Stop here without a log: only the log holds views, and making them takes longer than measuring.
         let Some(log) = &mut self.log else { return Ok(()) };
         self.viewer.observe(frame);
+        if let Some(timing) = timing {
+            self.viewer.observe_timing(timing);
+        }
         let view = self.viewer.view(frame, self.metrics.moment());
         log.write_frame(frame, timing, &events, &view)
     }
@@ -150,7 +192,7 @@ impl Recording {
     }
 
     /// The report on the flight so far.
-    pub(crate) fn report(&self) -> RecorderReport {
+    pub fn report(&self) -> RecorderReport {
         RecorderReport {
             summary: self.metrics.summary(),
             gaps: self.gaps.closed().to_vec(),
@@ -160,7 +202,7 @@ impl Recording {
     }
 
     /// Ends the log with the verdict, the metrics and the report of the `world`; without a report the verdict is `failed`.
-    pub(crate) fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
+    pub fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
         let last_tick = (self.gaps.expected() - 1).max(0);
         let mut events = self.take_events(i64::MAX);
         // The schedule announces faults up to any tick. Those of ticks that the flight never reached did not happen.
@@ -174,9 +216,13 @@ impl Recording {
         log.finish(result)
     }
 
+    /// Takes the faults that were asked for during the flight, for the log's result.
+    pub(crate) fn set_added_faults(&mut self, faults: Vec<Fault>) {
+        self.added_faults = faults;
+    }
+
     fn result(&self, summary: &FlightSummary, world: Option<&WorldReport>) -> BTreeMap<String, String> {
-        let collisions = world.map_or(0, |world| world.collisions.len());
-        let violations = judge(&self.requirements, summary, collisions);
+        let violations = judge(&self.scenario, summary, world.map(|world| world.collisions.len()));
         let verdict = match world {
             Some(world) if world.complete && violations.is_empty() => "passed",
             Some(world) if world.complete => "violated",
@@ -187,6 +233,10 @@ impl Recording {
             ("violations".to_owned(), violations.join("; ")),
         ]);
         result.extend(texts("", summary));
+        if !self.added_faults.is_empty() {
+            let sentences: Vec<String> = self.added_faults.iter().map(Fault::to_string).collect();
+            result.insert(ADDED_FAULTS.to_owned(), sentences.join("\n"));
+        }
         if let Some(world) = world {
             result.extend(texts("world.", world));
         }
@@ -301,7 +351,8 @@ mod tests {
         for timing in [false, true] {
             let opening = Opening { timing, ..testing::opening(&scenario) };
             let recording = Recording::begin(None, &opening, false).unwrap();
-            let result = recording.result(&FlightSummary::default(), Some(&world()));
+            let flown = FlightSummary { ticks: 10, commanded: 3, ..FlightSummary::default() };
+            let result = recording.result(&flown, Some(&world()));
             assert_eq!(
                 (result["verdict"].as_str(), result["world.payload_hash"].as_str()),
                 ("passed", "00ff")
@@ -310,6 +361,22 @@ mod tests {
             assert_eq!(result.contains_key("world.late_max_us"), timing);
             assert!(!result.contains_key("settling_s"));
         }
+    }
+
+    #[test]
+    fn a_fault_that_a_live_run_heals_before_its_end_is_healed_once() {
+        let (_folder, path) = place();
+        let mut scenario = ring_of(3, 40.0);
+        // 0.05 s to 0.2 s, and again from 0.3 s to 0.45 s.
+        scenario.faults = ["at 0.05 s link 1->2 hold for 150 ms", "at 0.3 s link 1->2 hold for 150 ms"]
+            .map(|s| s.parse().unwrap())
+            .into();
+        let mut recording = testing::recording(&path, &scenario);
+        recording.log_event(healed(10, "link 1->2 hold for 150 ms"));
+        testing::observe(&mut recording, &flight(&scenario, 0..60));
+        recording.finish(None).unwrap();
+        let ticks: Vec<u32> = lines(&path).into_iter().map(|(tick, _)| tick).collect();
+        assert_eq!(ticks, [5, 10, 30, 45]);
     }
 
     #[test]

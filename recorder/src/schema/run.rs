@@ -1,4 +1,4 @@
-//! The messages about the run as a whole: `/faults`, `/links` and `/timing`.
+//! The messages about the run as a whole: `/faults`, `/links`, `/timing` and `/timing/percentiles`.
 
 use crate::metrics::LinkTotals;
 use ringwing_flight::TickTiming;
@@ -44,9 +44,10 @@ pub struct Faults {
     pub asked_sentences: Vec<String>,
 }
 
-/// Counts of the samples of one link since its receiver started, once a second while the link has faults: `/links`.
+/// Counts of the samples of one link since its receiver started, once a second while the link has faults and when a fault
+/// first alters a sample: `/links`.
 ///
-/// `offered + duplicated = delivered + lost + in_flight`.
+/// `offered + duplicated = delivered + lost + corrupted + in_flight`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct LinkCounts {
     /// The tick of this count.
@@ -73,6 +74,13 @@ pub struct LinkCounts {
     /// On the way now.
     #[prost(uint64, tag = "8")]
     pub in_flight: u64,
+    /// Damaged on the way, and dropped by their receiver.
+    #[prost(uint64, tag = "9")]
+    pub corrupted: u64,
+    /// The number of the fault that has altered a sample on this link, counted from 1 in the order of the scenario, with
+    /// those added during the flight at the end; 0 in the count of each second.
+    #[prost(uint32, tag = "10")]
+    pub acted: u32,
 }
 
 impl LinkCounts {
@@ -87,14 +95,17 @@ impl LinkCounts {
             lost: counts.lost,
             duplicated: counts.duplicated,
             in_flight: counts.in_flight,
+            corrupted: counts.corrupted,
+            acted: counts.acted,
         }
     }
 
     /// The counts in this message.
     pub(crate) fn counts(self) -> LinkTotals {
         // Naming every field makes the compiler refuse a new count that is forgotten here.
-        let Self { tick: _, link, offered, delivered, late, lost, duplicated, in_flight } = self;
-        LinkTotals { link, offered, delivered, late, lost, duplicated, in_flight }
+        let Self { tick: _, link, offered, delivered, late, lost, duplicated, in_flight, corrupted, acted } =
+            self;
+        LinkTotals { link, offered, delivered, late, lost, corrupted, duplicated, in_flight, acted }
     }
 }
 
@@ -131,6 +142,29 @@ pub struct Timing {
     /// Number of deadlines missed by a whole period or more.
     #[prost(uint32, tag = "10")]
     pub missed_deadlines: u32,
+}
+
+/// The round trips of the ticks since the last message, once per simulated second: `/timing/percentiles`.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct TimingPercentiles {
+    /// The last of these ticks.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// Number of these ticks.
+    #[prost(uint32, tag = "2")]
+    pub ticks: u32,
+    /// The median.
+    #[prost(double, tag = "3")]
+    pub p50_us: f64,
+    /// The 90th percentile.
+    #[prost(double, tag = "4")]
+    pub p90_us: f64,
+    /// The 99th percentile.
+    #[prost(double, tag = "5")]
+    pub p99_us: f64,
+    /// The longest.
+    #[prost(double, tag = "6")]
+    pub max_us: f64,
 }
 
 impl From<&TickTiming> for Timing {

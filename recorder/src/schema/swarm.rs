@@ -2,7 +2,7 @@
 //!
 //! Never measures anything: values come from the frame and from the metrics of its moment.
 
-use crate::metrics::{Frame, Moment, TrueState, UavPair};
+use crate::metrics::{FlownRing, Frame, Moment, TrueState, UavPair};
 
 /// Every UAV in one message: `/swarm/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -15,7 +15,7 @@ pub struct SwarmState {
     pub uavs: Vec<SwarmUav>,
 }
 
-/// One UAV of [`SwarmState`], its values rounded to 1/1024 of their unit; `/uav/001/state` has the exact values.
+/// One UAV of [`SwarmState`], its values rounded for tables; `/uav/001/state` has the exact values.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct SwarmUav {
     /// The UAV's number, from 1.
@@ -51,6 +51,8 @@ pub struct SwarmUav {
 }
 
 /// The metrics of one moment: `/swarm/metrics`. A value that does not exist at the moment is absent.
+///
+/// All values are rounded, because panels show every digit that a message has.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct SwarmMetrics {
     /// The tick.
@@ -107,6 +109,12 @@ pub struct SwarmMetrics {
     /// Number of different views of who is alive; 1 when all UAVs that fly on command agree.
     #[prost(uint32, tag = "18")]
     pub views: u32,
+    /// The radius of the ring that is flown: R, until the ring closes after a loss.
+    #[prost(double, optional, tag = "19")]
+    pub ring_radius_m: Option<f64>,
+    /// The distance between its slots: L. Absent if the slots are not evenly spread.
+    #[prost(double, optional, tag = "20")]
+    pub ring_spacing_m: Option<f64>,
 }
 
 impl SwarmState {
@@ -122,45 +130,52 @@ impl SwarmUav {
         Self {
             uav: state.uav,
             mode: state.mode.name().into(),
-            x_m: rounded(state.x_m),
-            y_m: rounded(state.y_m),
-            heading_rad: rounded(state.heading_rad),
-            speed_m_s: rounded(state.speed_m_s),
-            turn_rate_rad_s: rounded(state.turn_rate_rad_s),
-            next_distance_m: state.next_distance_m.map(rounded),
-            leader_distance_m: state.leader_distance_m.map(rounded),
-            slot_error_m: state.slot_error_m.map(rounded),
+            x_m: shown(state.x_m),
+            y_m: shown(state.y_m),
+            heading_rad: shown(state.heading_rad),
+            speed_m_s: shown(state.speed_m_s),
+            turn_rate_rad_s: shown(state.turn_rate_rad_s),
+            next_distance_m: state.next_distance_m.map(shown),
+            leader_distance_m: state.leader_distance_m.map(shown),
+            slot_error_m: state.slot_error_m.map(shown),
         }
     }
 }
 
 impl SwarmMetrics {
-    /// The metrics of `moment`.
-    pub(crate) fn of(moment: &Moment) -> Self {
-        let distance = |pair: Option<UavPair>| pair.map(|pair| pair.distance_m);
+    /// The metrics of `moment`, in which the swarm flies `ring`.
+    pub(crate) fn of(moment: &Moment, ring: &FlownRing) -> Self {
+        let distance = |pair: Option<UavPair>| pair.map(|pair| shown(pair.distance_m));
         let coherence = moment.coherence;
         Self {
             tick: moment.tick,
             // The log keeps this name for other programs, although a UAV in its failsafe is alive, too.
             alive: moment.commanded,
-            slot_error_max_m: moment.slot_error_max_m,
-            slot_error_rms_m: moment.slot_error_rms_m,
-            neighbour_error_max_m: moment.neighbour_error_max_m,
-            radius_error_max_m: moment.radius_error_max_m,
+            slot_error_max_m: moment.slot_error_max_m.map(shown),
+            slot_error_rms_m: moment.slot_error_rms_m.map(shown),
+            neighbour_error_max_m: moment.neighbour_error_max_m.map(shown),
+            radius_error_max_m: moment.radius_error_max_m.map(shown),
             closest_pair_m: distance(moment.closest.pair()),
             closest_adjacent_m: distance(moment.closest.adjacent),
             closest_other_m: distance(moment.closest.other),
-            clearance_m: moment.clearance_m,
-            order: coherence.order,
-            lyapunov_m2: moment.lyapunov_m2,
+            clearance_m: moment.clearance_m.map(shown),
+            order: coherence.order.map(shown),
+            lyapunov_m2: moment.lyapunov_m2.map(shown),
             lyapunov_rises: moment.lyapunov_rises,
-            saturated_share: coherence.saturated_share,
+            saturated_share: coherence.saturated_share.map(shown),
             ring_pieces: coherence.ring_pieces,
-            age_max_s: coherence.age_max_s,
-            age_mean_s: coherence.age_mean_s,
+            age_max_s: coherence.age_max_s.map(shown),
+            age_mean_s: coherence.age_mean_s.map(shown),
             views: moment.views,
+            ring_radius_m: ring.radius_m().map(shown),
+            ring_spacing_m: ring.spacing_m().map(shown),
         }
     }
+}
+
+/// Rounds to four decimals: below that, a distance is rounding noise, and a table cell has no room for more.
+fn shown(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
 }
 
 /// Rounds to 1/1024: finer than viewers show, and a quarter of the bytes once compressed, because the low bits are zero.
@@ -192,9 +207,11 @@ mod tests {
         scenario.obstacles.push(testing::obstacle([0.0, 100.0]));
         let mut metrics = Metrics::new(&scenario);
         metrics.observe(&testing::at_rest(&scenario, 0));
-        let message = SwarmMetrics::of(metrics.moment());
+        let frame = testing::at_rest(&scenario, 0);
+        let message = SwarmMetrics::of(metrics.moment(), &frame.ring);
         let radius = scenario.formation().radius_m();
-        assert!((message.clearance_m.unwrap() - (100.0 - radius - 10.0)).abs() < 1e-9);
+        assert!((message.clearance_m.unwrap() - (100.0 - radius - 10.0)).abs() < 1e-4);
+        assert_eq!((message.ring_radius_m, message.ring_spacing_m), (Some(shown(radius)), Some(40.0)));
         assert!(message.lyapunov_m2.unwrap() < 1e-9);
         assert_eq!((message.alive, message.ring_pieces, message.order), (4, 1, Some(1.0)));
     }

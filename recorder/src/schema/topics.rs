@@ -1,5 +1,7 @@
 //! The topics of the log, each named once: for the writer, the replay, the panels and every reader of a log.
 
+use std::borrow::Cow;
+
 /// Events with their fields, for programs.
 pub const EVENTS: &str = "/events";
 /// What is wrong at the moment.
@@ -32,9 +34,11 @@ pub const SWARM_STATE: &str = "/swarm/state";
 pub const TRANSFORMS: &str = "/tf";
 /// How long each tick took, by the wall clock.
 pub const TIMING: &str = "/timing";
+/// How long the ticks of each second took.
+pub const TIMING_PERCENTILES: &str = "/timing/percentiles";
 
 /// All topics but those of single UAVs, in the order in which the log has its channels.
-pub const ALL: [&str; 16] = [
+pub const ALL: [&str; 17] = [
     EVENTS,
     FAULTS,
     LEADER_FIX,
@@ -51,6 +55,7 @@ pub const ALL: [&str; 16] = [
     SWARM_STATE,
     TRANSFORMS,
     TIMING,
+    TIMING_PERCENTILES,
 ];
 
 /// What the topic of a single UAV is about.
@@ -74,12 +79,38 @@ impl UavTopic {
         [Self::Control, Self::State].into_iter().find(|kind| kind.suffix() == suffix)
     }
 
+    /// The name under which the messages about all UAVs are counted together: `/uav/*/state`.
+    pub(crate) fn group(self) -> String {
+        format!("/uav/*/{}", self.suffix())
+    }
+
     fn suffix(self) -> &'static str {
         match self {
             Self::Control => "control",
             Self::State => "state",
         }
     }
+}
+
+/// The topics that a verdict needs, those of UAVs together. Others only show what these hold.
+pub(crate) fn judged_groups() -> [String; 4] {
+    let [control, state] = [UavTopic::Control, UavTopic::State].map(UavTopic::group);
+    [EVENTS.into(), LINKS.into(), control, state]
+}
+
+/// Whether a verdict needs `topic`.
+pub fn is_judged(topic: &str) -> bool {
+    judged_groups().contains(&group(topic).into_owned())
+}
+
+/// Whether ringwing writes `topic`; other programs may add theirs to a log.
+pub fn is_known(topic: &str) -> bool {
+    ALL.contains(&topic) || UavTopic::parse(topic).is_some()
+}
+
+/// The name under which the messages of `topic` are counted.
+pub(crate) fn group(topic: &str) -> Cow<'_, str> {
+    UavTopic::parse(topic).map_or(Cow::Borrowed(topic), |kind| Cow::Owned(kind.group()))
 }
 
 /// The number of a UAV with leading zeros, so that names in a swarm of `uavs` sort by number.
@@ -95,7 +126,7 @@ mod tests {
 
     #[test]
     fn topics_sort_in_the_order_of_their_channels() {
-        assert!(ALL.is_sorted() && ALL[15] < UavTopic::Control.name(1, 6).as_str());
+        assert!(ALL.is_sorted() && ALL[16] < UavTopic::Control.name(1, 6).as_str());
         assert!(UavTopic::State.name(9, 1000) < UavTopic::Control.name(10, 1000));
     }
 
@@ -105,5 +136,14 @@ mod tests {
         assert_eq!(UavTopic::Control.name(7, 1000), "/uav/0007/control");
         assert_eq!(UavTopic::parse("/uav/0007/control"), Some(UavTopic::Control));
         assert_eq!((UavTopic::parse("/uav/007/trail"), UavTopic::parse("/tf")), (None, None));
+        assert_eq!((group("/uav/007/state"), group("/tf")), ("/uav/*/state".into(), "/tf".into()));
+        for (topic, judged, known) in [
+            ("/uav/7/state", true, true),
+            (EVENTS, true, true),
+            (TRANSFORMS, false, true),
+            ("/camera", false, false),
+        ] {
+            assert_eq!((is_judged(topic), is_known(topic)), (judged, known), "{topic}");
+        }
     }
 }

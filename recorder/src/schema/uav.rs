@@ -29,7 +29,7 @@ pub struct UavState {
     /// Turn rate flown over the last tick.
     #[prost(double, tag = "7")]
     pub turn_rate_rad_s: f64,
-    /// True distance to the previous ring neighbour, while that one flies.
+    /// True distance to the previous ring neighbour, while both are in the ring and that one is in the sky.
     #[prost(double, optional, tag = "8")]
     pub previous_distance_m: Option<f64>,
     /// True distance to the next ring neighbour, while that one flies.

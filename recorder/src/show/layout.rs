@@ -9,8 +9,9 @@ mod space;
 mod tabs;
 
 use crate::schema::topics::UavTopic;
+use nalgebra::Point2;
 use panel::Panels;
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Scenario, start};
 use serde_json::json;
 
 /// Largest swarm whose UAVs are all plotted. Viewers become slow with more lines, and legends longer than the plot.
@@ -40,6 +41,10 @@ struct ShownLog<'a> {
     timing: bool,
     /// Numbers of the UAVs that are plotted one by one.
     uavs: Vec<u32>,
+    /// The largest distance of a UAV from the leader at the start, or of its slot, m.
+    reach_m: f64,
+    /// The largest distance between ring neighbours at the start, or twice L, which a loss leaves between the survivors, m.
+    gap_m: f64,
 }
 
 impl<'a> ShownLog<'a> {
@@ -51,13 +56,31 @@ impl<'a> ShownLog<'a> {
             // Spread evenly around the ring, so that every side of the formation is seen.
             (0..SELECTED_UAVS).map(|part| 1 + part * count / SELECTED_UAVS).collect()
         };
-        Self { scenario, timing, uavs }
+        Self { scenario, timing, uavs, reach_m: reach_m(scenario), gap_m: gap_m(scenario) }
     }
 
     /// The topic of this `kind` of UAV `uav`.
     fn topic(&self, uav: u32, kind: UavTopic) -> String {
         kind.name(uav, self.scenario.formation.uavs)
     }
+}
+
+fn reach_m(scenario: &Scenario) -> f64 {
+    let leader = Point2::from(scenario.leader.start_m);
+    let distances = starts(scenario).map(|start| (start - leader).norm());
+    distances.fold(scenario.formation().radius_m(), f64::max)
+}
+
+fn gap_m(scenario: &Scenario) -> f64 {
+    let next = starts(scenario).cycle().skip(1);
+    let distances = starts(scenario).zip(next).map(|(one, next)| (next - one).norm());
+    distances.fold(2.0 * scenario.formation().spacing_m(), f64::max)
+}
+
+fn starts(scenario: &Scenario) -> impl Iterator<Item = Point2<f64>> + Clone {
+    // A scenario whose UAVs find no room at the start never gets as far as a layout.
+    let states = start::states(scenario).unwrap_or_default();
+    states.into_iter().map(|state| Point2::from(state.position_m))
 }
 
 #[cfg(test)]

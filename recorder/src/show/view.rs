@@ -7,14 +7,15 @@ use super::{
     faults::CurrentFaults,
     geo::Earth,
     scene::{self, CraftScene, Trails},
+    timing::TimingWatch,
 };
 use crate::{
     clock::Clock,
     metrics::{Frame, Moment},
-    schema::{Faults, SwarmMetrics, SwarmState},
+    schema::{Faults, SwarmMetrics, SwarmState, TimingPercentiles},
 };
 use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Pose, PoseInFrame, SceneUpdate, Vector3};
-use ringwing_flight::{Event, Formation, LeaderState};
+use ringwing_flight::{Event, LeaderState, LivingRing, TickTiming};
 use ringwing_scenario::{ObstacleSection, Scenario};
 
 // Messages per simulated second. Raw states are logged every tick; higher rates here only make the log larger, and
@@ -31,6 +32,8 @@ const MAP_HZ: u32 = 1;
 /// Faults that have not changed. A plot draws a ramp from one message to the next, so a longer interval would show a
 /// change as a longer ramp.
 const FAULTS_HZ: u32 = 1;
+/// Percentiles of the tick times since the last message. More often, and too few ticks are left for a percentile.
+const TIMING_HZ: u32 = 1;
 
 /// The messages that one tick adds; `None` for each that is not due or has not changed.
 #[derive(Debug, Default, PartialEq)]
@@ -47,13 +50,15 @@ pub(crate) struct TickView {
     pub(crate) metrics: Option<SwarmMetrics>,
     pub(crate) state: Option<SwarmState>,
     pub(crate) transforms: Option<FrameTransforms>,
+    pub(crate) timing: Option<TimingPercentiles>,
 }
 
 /// Follows the flight and makes the view of each tick.
 #[derive(Debug, Clone)]
 pub(crate) struct Viewer {
     clock: Clock,
-    formation: Formation,
+    /// L of the whole ring, m.
+    spacing_m: f64,
     obstacles: Vec<ObstacleSection>,
     earth: Earth,
     /// Whether the ring closes after a loss, so that links skip the lost UAVs.
@@ -63,6 +68,9 @@ pub(crate) struct Viewer {
     watch: CurrentFaults,
     /// The faults as last shown; `None` before the first view.
     shown: Option<Faults>,
+    /// The ring as last drawn; `None` before the first view.
+    drawn: Option<LivingRing>,
+    timing: TimingWatch,
     craft: CraftScene,
     trails: Trails,
 }
@@ -73,13 +81,15 @@ impl Viewer {
         let (clock, formation) = (Clock::new(scenario.time.rate_hz), scenario.formation());
         Self {
             clock,
-            formation,
+            spacing_m: formation.spacing_m(),
             obstacles: scenario.obstacles.clone(),
             earth: Earth::new(&scenario.georeference, &scenario.obstacles),
             stale_s: scenario.airframe.command_timeout_s,
             closes: scenario.control.ring_closes,
             watch: CurrentFaults::default(),
             shown: None,
+            drawn: None,
+            timing: TimingWatch::default(),
             craft: CraftScene::new(formation.count(), formation.spacing_m()),
             trails: Trails::new(formation.count(), clock),
         }
@@ -97,6 +107,11 @@ impl Viewer {
         self.trails.observe(frame);
     }
 
+    /// Takes how long the tick of a frame took, in logs with wall-clock times.
+    pub(crate) fn observe_timing(&mut self, timing: &TickTiming) {
+        self.timing.observe(timing);
+    }
+
     /// The view of `frame`, which was observed before; `moment` holds its metrics.
     pub(crate) fn view(&mut self, frame: &Frame, moment: &Moment) -> TickView {
         let (clock, tick) = (self.clock, frame.tick);
@@ -107,17 +122,28 @@ impl Viewer {
             leader_fix: due(MAP_HZ).and(frame.leader).map(|leader| self.earth.leader_fix(&leader, clock)),
             map: due(MAP_HZ).map(|()| self.earth.uavs_on_map(frame)),
             leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| leader_pose(&leader, clock)),
+            formation: self.formation(frame),
             // What never changes is written once: a viewer that seeks shows the last message of every topic before
             // that time.
-            formation: is_first.then(|| scene::formation(&self.formation, clock, tick)),
             obstacles: is_first.then(|| scene::obstacles(&self.obstacles, clock, tick)),
             ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
             trails: due(TRAILS_HZ).map(|()| self.trails.scene(frame)),
             uavs: self.craft.scene(frame, &self.watch, clock),
-            metrics: due(STATES_HZ).map(|()| SwarmMetrics::of(moment)),
+            metrics: due(STATES_HZ).map(|()| SwarmMetrics::of(moment, &frame.ring)),
             state: due(STATES_HZ).map(|()| SwarmState::of(frame)),
             transforms: due(STATES_HZ).map(|()| scene::transforms(frame, clock)),
+            timing: due(TIMING_HZ).and_then(|()| self.timing.take(tick)),
         }
+    }
+
+    /// The ring that is flown, if it changed.
+    fn formation(&mut self, frame: &Frame) -> Option<SceneUpdate> {
+        let ring = frame.ring.living();
+        if self.drawn.as_ref() == Some(ring) {
+            return None;
+        }
+        self.drawn = Some(ring.clone());
+        Some(scene::formation(&frame.ring, self.spacing_m, self.clock, frame.tick))
     }
 
     /// The faults, if they changed or are due.

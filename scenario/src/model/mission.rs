@@ -87,7 +87,8 @@ pub struct ObstacleSection {
     pub braking_distance_m: f64,
 }
 
-/// `[requirements]`: what the flight must achieve. A key that is left out requires nothing.
+/// `[requirements]`: what the flight must achieve. A key that is left out requires nothing, except that no process may be
+/// lost unplanned.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RequirementsSection {
@@ -106,4 +107,15 @@ pub struct RequirementsSection {
     /// Largest distance of a UAV from its slot at the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slot_error_max_m: Option<f64>,
+    /// Largest share of commands whose turn rate Eq. (12) cuts: a swarm that is thrown about turns as hard as it can.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turn_rate_saturated_share_max: Option<f64>,
+    /// Largest number of processes that end, or freeze for good, although no fault of the run asked for it.
+    pub unplanned_losses_max: u32,
+    /// Whether chance may have no part in the flight: neither real time, nor faults asked for during the flight, nor
+    /// anything from outside the run.
+    pub repeatable: bool,
+    /// Every fault must have had an effect.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub faults_act: bool,
 }

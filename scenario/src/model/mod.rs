@@ -28,6 +28,9 @@ use std::time::Duration;
 /// core. More lets a stuck process of a large swarm delay the flight for longer; less gives up processes that still
 /// wait for their turn.
 const START_SHARE_S: f64 = 0.02;
+/// Seconds that each UAV adds to the time in which a process must answer: ten times what a first tick takes on a slow core.
+/// More lets a stuck process of a large swarm hold the flight for longer; less gives up processes that wait for their turn.
+const ANSWER_SHARE_S: f64 = 0.005;
 
 /// Everything that decides a flight: the same scenario and build give the same flight, to the bit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -111,6 +114,14 @@ impl Scenario {
         Duration::from_secs_f64(start_s)
     }
 
+    /// How long a process may take to answer a tick in lockstep.
+    ///
+    /// The limit grows with the swarm: the last of many processes gets the processor late, above all in the first tick.
+    pub fn answer_limit(&self) -> Duration {
+        let answer_s = self.supervision.answer_timeout_s + ANSWER_SHARE_S * f64::from(self.formation.uavs);
+        Duration::from_secs_f64(answer_s)
+    }
+
     /// The number of the last tick.
     pub fn last_tick(&self) -> i64 {
         // Round, because such a product may be just below a whole number: 0.29 s times 100 Hz is 28.999999999999996.
@@ -158,5 +169,22 @@ impl Default for Scenario {
             obstacles: Vec::new(),
             faults: Vec::new(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_limits_grow_with_the_number_of_processes() {
+        let limits = |uavs| {
+            let mut scenario = Scenario::default();
+            scenario.formation.uavs = uavs;
+            (scenario.start_limit().as_secs_f64(), scenario.answer_limit().as_secs_f64())
+        };
+        let ((start, answer), (long_start, long_answer)) = (limits(6), limits(1000));
+        assert!((10.0..11.0).contains(&start) && (2.0..2.1).contains(&answer), "{start} {answer}");
+        assert!(long_start >= 30.0 && long_answer >= 7.0, "{long_start} {long_answer}");
     }
 }

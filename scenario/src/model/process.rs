@@ -10,7 +10,7 @@ pub struct SupervisionSection {
     /// [`Scenario::start_limit`](crate::Scenario::start_limit).
     pub start_timeout_s: f64,
     /// How long a process may take to answer a tick in lockstep. After that the flight goes on without it until it
-    /// answers.
+    /// answers. Large swarms get more: see [`Scenario::answer_limit`](crate::Scenario::answer_limit).
     pub answer_timeout_s: f64,
     /// How many times the run replaces a lost leader or recorder.
     pub replacements: u32,

@@ -112,14 +112,15 @@ fn without_a_collision_filter_its_keys_do_not_matter() {
 }
 
 #[test]
-fn requirements_are_not_below_zero() {
+fn requirements_are_not_below_zero_and_a_share_is_at_most_1() {
     let keys = blamed(|s| {
         s.requirements.clearance_min_m = Some(-1.0);
         s.requirements.separation_min_m = Some(-1.0);
         s.requirements.settling_max_s = Some(-1.0);
         s.requirements.slot_error_max_m = Some(-1.0);
+        s.requirements.turn_rate_saturated_share_max = Some(1.1);
     });
-    assert_eq!(keys.len(), 4);
+    assert_eq!(keys.len(), 5);
     assert_eq!(messages(|s| s.requirements = RequirementsSection::default()), [""; 0]);
 }
 

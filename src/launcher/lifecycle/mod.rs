@@ -15,6 +15,11 @@ use std::time::Duration;
 /// it is ready. A smaller factor kills recorders of long flights while they copy; a larger one notices a stuck
 /// recorder later.
 const START_LIMITS_PER_COPY: u32 = 30;
+/// How long a process may be stopped, if no fault asked for that, before the run takes note. With a shorter time, a run that
+/// was stopped as a whole flies on without those that wake last; with a longer one it waits longer for a frozen process.
+const STOP_GRACE: Duration = Duration::from_millis(250);
+/// The grace is at most one part in this many of the freeze limit: else the world gives up a leader that is to be replaced.
+const STOP_GRACES_PER_LIMIT: u32 = 4;
 
 /// How long the launcher waits for a process, and how often it replaces one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -97,10 +102,21 @@ struct LiveProcess {
     pid: u32,
     /// Started by hand: the launcher is not its parent.
     is_adopted: bool,
-    /// Stopped by a signal.
-    is_frozen: bool,
-    /// When it was last spawned, frozen, thawed or signalled. Its time limits count from this moment.
+    /// Whether a signal has stopped it.
+    halt: Halt,
+    /// When it was last spawned, stopped, thawed or signalled. Its time limits count from this moment.
     since: Duration,
+}
+
+/// Whether a signal has stopped a process.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Halt {
+    /// It runs.
+    Runs,
+    /// It has been stopped for a moment, perhaps with the whole run. The run still counts on it.
+    Stopped,
+    /// It is frozen: the run goes on without it.
+    Frozen,
 }
 
 /// A fault's lasting effect on a process.
@@ -113,6 +129,17 @@ enum Requested {
     },
     /// It stays frozen.
     Freeze,
+}
+
+impl LiveProcess {
+    fn is_frozen(&self) -> bool {
+        self.halt == Halt::Frozen
+    }
+
+    /// How long its time limits have counted at `now`.
+    fn waited(&self, now: Duration) -> Duration {
+        now.saturating_sub(self.since)
+    }
 }
 
 impl Lifecycle {
@@ -134,12 +161,17 @@ impl Lifecycle {
 
     /// Whether a signal has stopped it.
     pub(super) fn is_frozen(&self) -> bool {
-        self.live().is_some_and(|live| live.is_frozen)
+        self.live().is_some_and(LiveProcess::is_frozen)
+    }
+
+    /// Whether a fault keeps it frozen, or is about to freeze it.
+    pub(super) fn is_kept_frozen(&self) -> bool {
+        self.requested == Some(Requested::Freeze)
     }
 
     /// Whether it takes part in the flight now.
     pub(super) fn is_running(&self) -> bool {
-        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen)
+        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen())
     }
 
     /// Whether the world may wait for this recorder to read.
@@ -147,7 +179,7 @@ impl Lifecycle {
     /// A recorder that is frozen by accident keeps its buffers, so the world waits for it as for a slow recorder. If a
     /// fault froze it, the flight goes on.
     pub(super) fn is_reading(&self) -> bool {
-        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen || self.requested.is_none())
+        matches!(self.phase, LifePhase::Ready(live) if !live.is_frozen() || self.requested.is_none())
     }
 
     /// Whether a lockstep flight has to pause until this process is back.
@@ -178,7 +210,7 @@ impl Lifecycle {
         use ProcessAction::{Freeze, Start, Thaw};
         let state = match self.live() {
             None => ProcessState::Gone,
-            Some(live) if live.is_frozen => ProcessState::Frozen,
+            Some(live) if live.halt != Halt::Runs => ProcessState::Frozen,
             Some(_) => ProcessState::Running,
         };
         match (action, self.live()) {
@@ -226,7 +258,7 @@ impl Lifecycle {
     fn on_spawned(&mut self, pid: u32, now: Duration) -> Vec<Effect> {
         assert_eq!(self.pid(), None, "{}: spawned beside a process that lives", self.part);
         self.phase =
-            LifePhase::Starting(LiveProcess { pid, is_adopted: false, is_frozen: false, since: now });
+            LifePhase::Starting(LiveProcess { pid, is_adopted: false, halt: Halt::Runs, since: now });
         self.requested = None;
         Vec::new()
     }
@@ -237,7 +269,7 @@ impl Lifecycle {
             LifePhase::Absent | LifePhase::Awaited => {
                 // A request that concerned the predecessor ends with it.
                 self.requested = None;
-                LiveProcess { pid, is_adopted: true, is_frozen: false, since: now }
+                LiveProcess { pid, is_adopted: true, halt: Halt::Runs, since: now }
             }
             _ => panic!("{}: process {pid} is ready beside {:?}", self.part, self.phase),
         };
@@ -253,30 +285,34 @@ impl Lifecycle {
     }
 
     fn on_stopped(&mut self, now: Duration) -> Vec<Effect> {
-        self.set_frozen(true, now);
-        let event = Event::ProcessFrozen { part: self.part };
-        let effects = self.requested.is_none().then_some(Effect::Log(event));
+        if self.requested.is_none() && !self.is_frozen() {
+            self.set_halt(Halt::Stopped, now);
+            return Vec::new();
+        }
+        self.set_halt(Halt::Frozen, now);
         self.settle(ProcessAction::Freeze);
-        effects.into_iter().chain([Effect::PublishRoster]).collect()
+        vec![Effect::PublishRoster]
     }
 
     fn on_continued(&mut self, now: Duration) -> Vec<Effect> {
-        self.set_frozen(false, now);
+        let was_noted = self.is_frozen();
+        self.set_halt(Halt::Runs, now);
         // Somebody outside the run thawed a process that a fault had frozen. While a freeze is pending, the report may
         // still come from an earlier signal.
         if self.requested == Some(Requested::Freeze) && self.pending.is_none() {
             self.requested = None;
         }
         let event = Event::ProcessThawed { part: self.part };
-        let effects = self.pending.is_none().then_some(Effect::Log(event));
+        let is_news = was_noted && self.pending.is_none();
         self.settle(ProcessAction::Thaw);
-        effects.into_iter().chain([Effect::PublishRoster]).collect()
+        let effects = is_news.then_some(Effect::Log(event)).into_iter();
+        effects.chain(was_noted.then_some(Effect::PublishRoster)).collect()
     }
 
-    fn set_frozen(&mut self, is_frozen: bool, now: Duration) {
+    fn set_halt(&mut self, halt: Halt, now: Duration) {
         let part = self.part;
         let live = self.live_mut().unwrap_or_else(|| panic!("{part}: stopped or continued, but gone"));
-        (live.is_frozen, live.since) = (is_frozen, now);
+        (live.halt, live.since) = (halt, now);
     }
 
     /// Notes that `action` has taken effect, if it was pending.
@@ -326,7 +362,10 @@ impl Lifecycle {
     fn on_loss(&mut self, end: ProcessEnd, was_starting: bool) -> Vec<Effect> {
         let part = self.part;
         match part {
-            Part::World => vec![Effect::EndRun(format!("the world {end}")), Effect::PublishRoster],
+            Part::World => {
+                let event = Event::ProcessLost { part, end, then: AfterLoss::RunEnds };
+                vec![Effect::Log(event), Effect::EndRun(format!("the world {end}")), Effect::PublishRoster]
+            }
             // A successor would run into the same error.
             Part::Recorder if end.is_failure() => {
                 let why = format!("the recorder {end}: the log is incomplete");
@@ -334,7 +373,11 @@ impl Lifecycle {
             }
             Part::Leader | Part::Recorder if self.replacements >= self.limits.replacements => {
                 let limit = self.limits.replacements;
-                vec![Effect::EndRun(format!("the {part} {end}, after {limit} replacements"))]
+                let event = Event::ProcessLost { part, end, then: AfterLoss::RunEnds };
+                vec![
+                    Effect::Log(event),
+                    Effect::EndRun(format!("the {part} {end}, after {limit} replacements")),
+                ]
             }
             Part::Leader | Part::Recorder => {
                 let event = Event::ProcessLost { part, end, then: AfterLoss::Replaced };
@@ -378,8 +421,23 @@ impl Lifecycle {
     }
 
     fn on_clock(&mut self, now: Duration) -> Vec<Effect> {
+        if self.live().is_some_and(|live| live.halt == Halt::Stopped && live.waited(now) > self.stop_grace())
+        {
+            return self.note_frozen();
+        }
         let Some(event) = self.overdue(now) else { return Vec::new() };
         self.signal(ProcessSignal::Kill, now).into_iter().chain([Effect::Log(event)]).collect()
+    }
+
+    /// How long a process may be stopped before the run takes note: less than the world waits for an answer.
+    fn stop_grace(&self) -> Duration {
+        STOP_GRACE.min(self.limits.freeze / STOP_GRACES_PER_LIMIT)
+    }
+
+    /// Takes note of a process that somebody has stopped and that does not go on. Its time limits go on counting.
+    fn note_frozen(&mut self) -> Vec<Effect> {
+        self.live_mut().into_iter().for_each(|live| live.halt = Halt::Frozen);
+        vec![Effect::Log(Event::ProcessFrozen { part: self.part }), Effect::PublishRoster]
     }
 
     /// Why the process has to be killed at `now`: it takes too long to start, or it stays frozen and the flight cannot
@@ -387,14 +445,14 @@ impl Lifecycle {
     fn overdue(&self, now: Duration) -> Option<Event> {
         let part = self.part;
         match self.phase {
-            LifePhase::Starting(live) if now.saturating_sub(live.since) > self.start_limit(&live) => {
+            LifePhase::Starting(live) if live.waited(now) > self.start_limit(&live) => {
                 Some(Event::StartOverdue { part })
             }
             LifePhase::Ready(live)
-                if live.is_frozen
+                if live.is_frozen()
                     && self.requested.is_none()
                     && matches!(part, Part::World | Part::Leader)
-                    && now.saturating_sub(live.since) > self.limits.freeze =>
+                    && live.waited(now) > self.limits.freeze =>
             {
                 Some(Event::ThawOverdue { part })
             }
@@ -403,7 +461,7 @@ impl Lifecycle {
     }
 
     fn start_limit(&self, live: &LiveProcess) -> Duration {
-        let copies_log = self.part == Part::Recorder && self.replacements > 0 && !live.is_frozen;
+        let copies_log = self.part == Part::Recorder && self.replacements > 0 && !live.is_frozen();
         self.limits.start * if copies_log { START_LIMITS_PER_COPY } else { 1 }
     }
 

@@ -38,6 +38,16 @@ impl Bench {
         bench
     }
 
+    /// A process that somebody outside the run has stopped, for so long that the run has taken note.
+    fn frozen_by_accident(part: Part) -> Self {
+        let mut bench = Self::ready(part);
+        assert_eq!(bench.on(Input::Stopped), []);
+        bench.now += STOP_GRACE + Duration::from_millis(1);
+        let frozen = Event::ProcessFrozen { part };
+        assert_eq!(bench.on(Input::ClockTicked), [Effect::Log(frozen), Effect::PublishRoster]);
+        bench
+    }
+
     fn on(&mut self, input: Input) -> Vec<Effect> {
         self.process.on(input, self.now, self.stage)
     }
@@ -149,10 +159,34 @@ fn a_frozen_process_is_left_out_and_a_thawed_one_is_taken_back() {
 
 #[test]
 fn a_freeze_or_thaw_that_no_fault_asked_for_is_logged() {
-    let mut bench = Bench::ready(AGENT);
-    let (frozen, thawed) = (Event::ProcessFrozen { part: AGENT }, Event::ProcessThawed { part: AGENT });
-    assert_eq!(bench.on(Input::Stopped), [Effect::Log(frozen), Effect::PublishRoster]);
+    let mut bench = Bench::frozen_by_accident(AGENT);
+    assert!(bench.process.is_frozen() && !bench.process.is_running());
+    let thawed = Event::ProcessThawed { part: AGENT };
     assert_eq!(bench.on(Input::Continued), [Effect::Log(thawed), Effect::PublishRoster]);
+    assert!(bench.process.is_running());
+}
+
+#[test]
+fn a_process_that_is_stopped_for_a_moment_stays_on_the_roster() {
+    let mut bench = Bench::ready(AGENT);
+    assert_eq!(bench.on(Input::Stopped), []);
+    assert!(bench.process.is_running() && !bench.process.is_frozen());
+    assert_eq!(bench.process.refusal(ProcessAction::Freeze), Some("is frozen already"));
+    bench.now += STOP_GRACE;
+    assert_eq!(bench.on(Input::ClockTicked), []);
+    assert_eq!(bench.on(Input::Continued), []);
+    bench.now += STOP_GRACE * 100;
+    assert_eq!(bench.on(Input::ClockTicked), []);
+    assert!(bench.process.is_running());
+}
+
+#[test]
+fn a_fault_thaws_a_process_that_was_stopped_a_moment_ago() {
+    let mut bench = Bench::ready(AGENT);
+    bench.on(Input::Stopped);
+    assert_eq!(bench.ask(ProcessAction::Thaw), [signal(ProcessSignal::Continue)]);
+    assert_eq!(bench.on(Input::Continued), []);
+    assert!(bench.process.is_running() && !bench.process.has_pending_action());
 }
 
 #[test]
@@ -249,7 +283,8 @@ fn a_leader_that_was_replaced_too_often_ends_the_run() {
         bench.on(Input::Spawned { pid });
     }
     let why = "the leader was killed by signal 9, after 2 replacements";
-    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), Effect::EndRun(why.into())]);
+    let lost = Event::ProcessLost { part: Part::Leader, end: KILLED, then: AfterLoss::RunEnds };
+    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), Effect::Log(lost), Effect::EndRun(why.into())]);
 }
 
 #[test]
@@ -294,9 +329,7 @@ fn a_recorder_that_gives_up_fails_the_run_and_lets_it_fly_on() {
 
 #[test]
 fn a_recorder_frozen_by_accident_is_waited_for_and_one_frozen_by_a_fault_is_not() {
-    let mut bench = Bench::ready(Part::Recorder);
-    bench.on(Input::Stopped);
-    assert!(bench.process.is_reading());
+    assert!(Bench::frozen_by_accident(Part::Recorder).process.is_reading());
     assert!(!Bench::frozen_by_fault(Part::Recorder).process.is_reading());
 }
 
@@ -304,7 +337,8 @@ fn a_recorder_frozen_by_accident_is_waited_for_and_one_frozen_by_a_fault_is_not(
 fn the_end_of_the_world_is_the_end_of_the_run() {
     let mut bench = Bench::ready(Part::World);
     let ends_run = Effect::EndRun("the world was killed by signal 9".into());
-    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), ends_run, Effect::PublishRoster]);
+    let lost = Effect::Log(Event::ProcessLost { part: Part::World, end: KILLED, then: AfterLoss::RunEnds });
+    assert_eq!(bench.on(Input::Ended(KILLED)), [cleanup(), lost, ends_run, Effect::PublishRoster]);
     let mut bench = Bench::ready(Part::World);
     bench.ask(KILL);
     let effects = bench.on(Input::Ended(KILLED));
@@ -356,8 +390,7 @@ fn only_a_world_or_leader_that_is_frozen_by_accident_is_killed_for_it() {
     for (part, is_needed) in
         [(Part::World, true), (Part::Leader, true), (Part::Recorder, false), (AGENT, false)]
     {
-        let mut bench = Bench::ready(part);
-        bench.on(Input::Stopped);
+        let mut bench = Bench::frozen_by_accident(part);
         bench.now = LIMITS.freeze + Duration::from_millis(1);
         assert_eq!(!bench.on(Input::ClockTicked).is_empty(), is_needed, "{part}");
     }

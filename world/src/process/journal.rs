@@ -35,7 +35,13 @@ impl Journal {
     pub(super) fn open(member: &Member) -> Result<Self, BusError> {
         let uavs = member.scenario().formation.uavs;
         let writer = JournalWriter::open(member.node(), uavs)?;
+        writer.pin(member.domain())?;
         Ok(Self { writer, filling: JournalPage::blank(uavs), complete: JournalPage::blank(uavs) })
+    }
+
+    /// How many ticks the recorder may lag behind before it loses the oldest.
+    pub(super) fn depth(&self) -> usize {
+        self.writer.depth()
     }
 
     /// Begins the page of `tick`, which `is_wanted` if somebody records. The page before is complete.

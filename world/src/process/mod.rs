@@ -82,10 +82,10 @@ impl<'m, P: TickProbe> World<'m, P> {
         Self {
             airspace,
             answers: Answers::new(scenario.formation.uavs),
+            holds: Holds::new(scenario, ports.journal.depth()),
             ports,
             clock: clock(scenario),
-            holds: Holds::new(scenario),
-            wall_clock: WallClock::new(),
+            wall_clock: WallClock::default(),
             probe,
         }
     }

@@ -2,7 +2,8 @@
 //!
 //! Never knows what is waited for, nor how time passes in between.
 
-use std::time::{Duration, Instant};
+use ringwing_bus::Patience;
+use std::time::Duration;
 
 /// How long the world sleeps before it checks what it waits for even if nobody has woken it. Longer sleeps delay the
 /// answer to a signal; shorter ones burn CPU.
@@ -22,7 +23,8 @@ pub(super) enum WaitEnd {
     Overdue,
 }
 
-/// Lets `pause` pass some time on `subject` again and again until `is_met`, `is_stopped`, or `limit` has passed.
+/// Lets `pause` pass some time on `subject` again and again until `is_met`, `is_stopped`, or `limit` has passed, not counting
+/// the time in which the world itself was stopped.
 ///
 /// A condition that is met from the start costs neither a pause nor a look at the clock, as in most waits on the tick
 /// path.
@@ -36,7 +38,7 @@ pub(super) fn wait_until<S, E>(
     if is_met(subject) {
         return Ok(WaitEnd::Met);
     }
-    let since = Instant::now();
+    let mut patience = Patience::of(limit);
     loop {
         pause(subject)?;
         if is_met(subject) {
@@ -45,7 +47,7 @@ pub(super) fn wait_until<S, E>(
         if is_stopped(subject) {
             return Ok(WaitEnd::Stopped);
         }
-        if since.elapsed() >= limit {
+        if patience.is_over() {
             return Ok(WaitEnd::Overdue);
         }
     }

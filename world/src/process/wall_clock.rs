@@ -2,38 +2,24 @@
 //!
 //! Never changes what flies: two flights with the same payload hash may differ in all of this.
 
-use hdrhistogram::Histogram;
-use ringwing_flight::{Latency, TickTiming, WorldReport};
+use ringwing_flight::{LatencyTally, TickTiming, WorldReport};
 
-/// Longer latencies are recorded as this one, a minute. A larger bound costs memory.
-const LONGEST_NS: u64 = 60_000_000_000;
-/// Significant decimal digits of recorded latencies. One more costs ten times the memory.
-const DIGITS: u8 = 3;
+/// Nanoseconds per microsecond.
+const NS_PER_US: f64 = 1e3;
 
 /// The account so far.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct WallClock {
-    latency: Histogram<u64>,
+    latency: LatencyTally,
     late_max_ns: u64,
     missed_deadlines: u64,
     unanswered_ticks: u64,
 }
 
 impl WallClock {
-    pub(super) fn new() -> Self {
-        Self {
-            latency: Histogram::new_with_max(LONGEST_NS, DIGITS).expect("these bounds make a histogram"),
-            late_max_ns: 0,
-            missed_deadlines: 0,
-            unanswered_ticks: 0,
-        }
-    }
-
     /// Adds a tick that took this long.
     pub(super) fn add(&mut self, timing: &TickTiming) {
-        if timing.answered > 0 {
-            self.latency.saturating_record(timing.round_trip_ns);
-        }
+        self.latency.add(timing);
         self.late_max_ns = self.late_max_ns.max(timing.late_ns);
         self.missed_deadlines += u64::from(timing.missed_deadlines);
     }
@@ -48,36 +34,28 @@ impl WallClock {
         WorldReport {
             missed_deadlines: self.missed_deadlines,
             unanswered_ticks: self.unanswered_ticks,
-            late_max_us: microseconds(self.late_max_ns),
-            latency: self.latency(),
+            late_max_us: self.late_max_ns as f64 / NS_PER_US,
+            latency: self.latency.latency(),
             ..report
         }
     }
-
-    fn latency(&self) -> Option<Latency> {
-        (!self.latency.is_empty()).then(|| Latency {
-            p50_us: microseconds(self.latency.value_at_quantile(0.5)),
-            p99_us: microseconds(self.latency.value_at_quantile(0.99)),
-            max_us: microseconds(self.latency.max()),
-        })
-    }
-}
-
-fn microseconds(nanoseconds: u64) -> f64 {
-    nanoseconds as f64 / 1e3
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Airspace;
+    use ringwing_scenario::Scenario;
 
     #[test]
-    fn a_tick_without_commands_has_no_latency() {
-        let mut clock = WallClock::new();
-        clock.add(&TickTiming { round_trip_ns: 5000, ..TickTiming::default() });
-        assert_eq!(clock.latency(), None);
-        clock.add(&TickTiming { round_trip_ns: 5000, answered: 1, ..TickTiming::default() });
-        let latency = clock.latency().unwrap();
-        assert!((latency.p50_us - 5.0).abs() < 0.01 && latency.p50_us == latency.max_us);
+    fn lateness_is_the_longest_of_all_ticks_and_missed_deadlines_add_up() {
+        let mut clock = WallClock::default();
+        for (late_ns, missed_deadlines) in [(2000, 0), (9000, 2), (1000, 1)] {
+            clock.add(&TickTiming { late_ns, missed_deadlines, ..TickTiming::default() });
+        }
+        clock.count_unanswered();
+        let report = clock.complete(Airspace::new(&Scenario::default(), &[]).report());
+        assert_eq!((report.late_max_us, report.missed_deadlines, report.unanswered_ticks), (9.0, 3, 1));
+        assert_eq!(report.latency, None);
     }
 }

@@ -1,3 +1,5 @@
+mod rewritten;
+
 use super::*;
 use crate::{
     Metrics,
@@ -43,7 +45,8 @@ fn a_log_gives_back_its_flight() {
 
 #[test]
 fn a_log_cut_at_any_byte_yields_its_beginning_or_a_clear_error() {
-    for (file, step) in [(small_log(record_and_die), 1), (small_log(record), 11)] {
+    // Every byte is cut in the tests of `salvage`; a reader takes longer.
+    for (file, step) in [(small_log(record_and_die), 7), (small_log(record), 23)] {
         let mut most = 0;
         for cut in (0..file.len()).step_by(step) {
             let Some((ticks, _)) = read(&file[..cut]) else {
@@ -75,7 +78,7 @@ fn flipped_bits_never_harm_the_reader() {
 fn extreme_numbers_never_harm_the_reader() {
     let file = small_log(record);
     let extremes = [[0xff; 8], [0; 8], [0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f]];
-    for (at, extreme) in (0..file.len() - 8).step_by(5).zip(extremes.iter().cycle()) {
+    for (at, extreme) in (0..file.len() - 8).step_by(17).zip(extremes.iter().cycle()) {
         let mut broken = file.clone();
         broken[at..at + 8].copy_from_slice(extreme);
         drop(read(&broken));
@@ -94,7 +97,7 @@ fn a_file_that_is_not_a_log_gets_a_clear_error() {
     }
     for missing in ["/nowhere/run.mcap", "/tmp", "/dev/zero"] {
         let error = Reader::open(Path::new(missing)).err().unwrap().to_string();
-        assert!(error.contains(missing) && error.contains("give the path"), "{error}");
+        assert!(error.contains(missing) && error.contains("give a run's folder"), "{error}");
     }
 }
 

@@ -3,12 +3,7 @@
 //! Never allocates the size that a chunk claims, only what decompression yields.
 
 use super::fields::Fields;
-use mcap::records::op;
 use std::io::Read;
-
-/// Most bytes of a chunk record that are needed to recognise it: opcode and length, fixed fields, and the name of a
-/// compression of up to 4 letters. A smaller value would miss chunks at the border of a search window.
-pub(super) const HEAD_BYTES: usize = 9 + 40 + 4;
 
 /// The records of a chunk, decompressed, and how far they were read.
 #[derive(Debug, Default)]
@@ -81,6 +76,8 @@ impl<'b> ChunkHead<'b> {
             "" => self.records.take(self.size + 1).read_to_end(&mut records),
             "zstd" => zstd::Decoder::new(self.records)
                 .and_then(|decoder| decoder.take(self.size + 1).read_to_end(&mut records)),
+            "lz4" => lz4::Decoder::new(self.records)
+                .and_then(|decoder| decoder.take(self.size + 1).read_to_end(&mut records)),
             other => {
                 return Err(format!("a chunk compressed with {other:?}, which ringwing does not read"));
             }
@@ -88,23 +85,4 @@ impl<'b> ChunkHead<'b> {
         read.map_err(|error| format!("a chunk that cannot be decompressed: {error}"))?;
         Ok(records)
     }
-}
-
-/// Whether a chunk record begins at the start of `window`, `left` bytes before the end of the file.
-///
-/// Opcodes are single bytes and appear everywhere. What identifies a chunk is that its two lengths, of the record and of
-/// the compressed records, agree.
-pub(super) fn begins(window: &[u8], left: u64) -> bool {
-    let has_agreeing_lengths = || {
-        let mut fields = Fields::new(window);
-        let (opcode, length) = (fields.u8()?, fields.u64()?);
-        let (_start, _end, _size, _checksum) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?);
-        let compression = fields.text()?.len() as u64;
-        let records = fields.u64()?;
-        // Start, end, size, checksum, length of the compression's name, the name, length of the records.
-        let expected = records.checked_add(8 + 8 + 8 + 4 + 4 + compression + 8)?;
-        Some(opcode == op::CHUNK && length == expected && length.checked_add(9)? <= left)
-    };
-    // The search calls this for every byte, so test the opcode before anything else.
-    window.first() == Some(&op::CHUNK) && has_agreeing_lengths() == Some(true)
 }

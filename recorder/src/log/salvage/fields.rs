@@ -35,7 +35,7 @@ impl<'b> Fields<'b> {
         self.array().map(u8::from_le_bytes)
     }
 
-    fn u16(&mut self) -> Option<u16> {
+    pub(super) fn u16(&mut self) -> Option<u16> {
         self.array().map(u16::from_le_bytes)
     }
 
@@ -45,6 +45,11 @@ impl<'b> Fields<'b> {
 
     pub(super) fn u64(&mut self) -> Option<u64> {
         self.array().map(u64::from_le_bytes)
+    }
+
+    /// Opcode and length that precede every record.
+    pub(super) fn head(&mut self) -> Option<(u8, u64)> {
+        Some((self.u8()?, self.u64()?))
     }
 
     /// Bytes that follow their length of four bytes.

@@ -29,8 +29,10 @@ fn damages(file: &[u8]) -> LogDamages {
 
 /// Offsets of the chunks of a log.
 fn chunks(file: &[u8]) -> Vec<usize> {
-    let left = |at: usize| (file.len() - at) as u64;
-    (0..file.len()).filter(|at| chunk::begins(&file[*at..], left(*at))).collect()
+    let (left, channels) = (|at: usize| (file.len() - at) as u64, BTreeSet::new());
+    let landmarks = Landmarks { channels: &channels, has_chunks: true };
+    let is_chunk = |at: &usize| file[*at] == op::CHUNK && landmarks.is_record(&file[*at..], left(*at));
+    (0..file.len()).filter(is_chunk).collect()
 }
 
 #[test]

@@ -44,8 +44,18 @@ impl PlotPanel {
         self
     }
 
-    /// Adds a line for each UAV shown, from `field` of its `kind` of topic.
+    /// Adds a thin line for a value that the lines of the UAVs should reach, from `field` of `topic`.
+    pub(super) fn reference(mut self, topic: &str, field: &str, name: &str) -> Self {
+        self.paths.push(series(&format!("{topic}.{field}"), name, palette::BRIGHT, 0.5));
+        self
+    }
+
+    /// Adds a line for each UAV shown, from `field` of its `kind` of topic. If not all UAVs are shown, the title says how many.
     pub(super) fn uavs(mut self, shown: &ShownLog, kind: UavTopic, field: &str) -> Self {
+        let count = shown.scenario.formation.uavs;
+        if shown.uavs.len() < count as usize {
+            self.title = format!("{}: {} of {count} UAVs", self.title, shown.uavs.len());
+        }
         for uav in &shown.uavs {
             self = self.line(&shown.topic(*uav, kind), field, &format!("uav {uav}"), palette::colour(*uav));
         }

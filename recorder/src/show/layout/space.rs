@@ -13,14 +13,17 @@ const SCENES: [&str; 5] = [
     topics::TRAIL_SCENE,
     topics::UAV_SCENE,
 ];
+/// Distance of the camera as a multiple of the largest distance from the leader at the start. A smaller one cuts off the
+/// last aircraft in the first view; a larger one makes the formed ring too small.
+const START_VIEW: f64 = 2.6;
 /// Most lines of the grid in each direction. More lines hide what lies on them.
 const GRID_LINES: f64 = 120.0;
 
 /// A 3D panel that follows the swarm, seen from behind and above.
 pub(super) fn following(shown: &ShownLog, panels: &mut Panels) -> Value {
-    let radius = shown.scenario.formation().radius_m();
-    // Far enough that the whole ring fits, with a margin for small rings.
-    let camera = camera(radius.mul_add(3.6, 40.0), 42.0, [0.0, 0.0]);
+    // Far enough that the ring fits with a margin, and the whole swarm at the start.
+    let radius_m = shown.scenario.formation().radius_m();
+    let camera = camera(radius_m.mul_add(3.6, 40.0).max(START_VIEW * shown.reach_m), 42.0, [0.0, 0.0]);
     let config = config(shown.scenario, "leader", "follow-position", &camera);
     panels.add("3D", "The swarm, following its leader", config)
 }

@@ -52,15 +52,18 @@ fn flight(shown: &ShownLog, panels: &mut Panels) -> Value {
 
 fn neighbours(shown: &ShownLog, panels: &mut Panels) -> Value {
     PlotPanel::new("Distance to the next ring neighbour (m)")
-        .level(shown.scenario.formation.spacing_m, "L")
+        .reference(topics::SWARM_METRICS, "ring_spacing_m", "L of the ring flown")
         .uavs(shown, UavTopic::State, "next_distance_m")
+        .within(0.0, 1.2 * shown.gap_m)
         .add_to(panels)
 }
 
 fn leader_distances(shown: &ShownLog, panels: &mut Panels) -> Value {
     PlotPanel::new("Distance to the leader (m)")
-        .level(shown.scenario.formation().radius_m(), "R")
+        .reference(topics::SWARM_METRICS, "ring_radius_m", "R of the ring flown")
         .uavs(shown, UavTopic::State, "leader_distance_m")
+        // A lost UAV flies off for the rest of the flight. Following it, the axis would flatten all other lines.
+        .within(0.0, 1.2 * shown.reach_m)
         .add_to(panels)
 }
 
@@ -159,7 +162,11 @@ fn faults(shown: &ShownLog, panels: &mut Panels) -> Value {
         .line(topics::SWARM_METRICS, "views", "views of who is alive", palette::CALM)
         .from(0.0)
         .add_to(panels);
-    let texts = beside(raw(topics::FAULTS, "Current faults", panels), 45.0, log(panels));
+    let mut texts = beside(raw(topics::FAULTS, "Current faults", panels), 45.0, log(panels));
+    // The topic has messages only while a link has faults.
+    if !shown.scenario.schedule().link_faults().is_empty() {
+        texts = beside(texts, 68.0, raw(topics::LINKS, "Counts of the last link reported", panels));
+    }
     let plots = vec![
         PlotPanel::new("Age of data of the previous neighbour (s)")
             .uavs(shown, UavTopic::Control, "previous_age_s")
@@ -201,6 +208,12 @@ fn modes(shown: &ShownLog, panels: &mut Panels) -> Value {
 
 fn timing(real_time: bool, panels: &mut Panels) -> Value {
     let mut plots = vec![
+        PlotPanel::new("Round trip of a tick, percentiles of each second (us of wall-clock time)")
+            .line(topics::TIMING_PERCENTILES, "p50_us", "p50", palette::colour(3))
+            .line(topics::TIMING_PERCENTILES, "p90_us", "p90", palette::colour(2))
+            .line(topics::TIMING_PERCENTILES, "p99_us", "p99", palette::colour(1))
+            .from(0.0)
+            .add_to(panels),
         PlotPanel::new("Round trip of a tick, and its parts (us of wall-clock time)")
             .line(topics::TIMING, "round_trip_us", "round trip", palette::BRIGHT)
             .line(topics::TIMING, "wake_us", "wake", palette::colour(1))

@@ -1,6 +1,6 @@
 use super::*;
 use crate::{
-    schema::{Faults, SwarmMetrics, SwarmState, Timing, UavControl, UavState, topics},
+    schema::{Faults, SwarmMetrics, SwarmState, Timing, TimingPercentiles, UavControl, UavState, topics},
     testing,
 };
 use foxglove::{
@@ -48,6 +48,7 @@ fn fields_of(topic: &str) -> Vec<String> {
         topics::SWARM_METRICS => fields::<SwarmMetrics>(),
         topics::SWARM_STATE => fields::<SwarmState>(),
         topics::TIMING => fields::<Timing>(),
+        topics::TIMING_PERCENTILES => fields::<TimingPercentiles>(),
         uav if UavTopic::parse(uav) == Some(UavTopic::State) => fields::<UavState>(),
         uav if UavTopic::parse(uav) == Some(UavTopic::Control) => fields::<UavControl>(),
         _ => Vec::new(),

@@ -1,7 +1,7 @@
 //! Draws the UAVs as small aircraft that show heading, number and condition: `/scene/uavs`.
 //!
 //! Never repeats an unchanged scene: bodies follow their coordinate frames, so a message is due only when a UAV begins
-//! to look different.
+//! to look different. In a large swarm only UAVs with news have a name, because forty names hide forty aircraft.
 
 use super::{MAP, at, entity, flat, line, text, uav_frame, whole};
 use crate::{
@@ -25,6 +25,12 @@ use ringwing_flight::FlightMode;
 const SPAN: f64 = 0.2;
 /// Height of names. Larger names of neighbours overlap when the whole ring is in view.
 const NAME_PIXELS: f64 = 15.0;
+
+/// Largest swarm in which every UAV always has its name. In larger ones names cover the aircraft beside them.
+const NAMED_UAVS: u32 = 12;
+/// Simulated time for which a UAV of a larger swarm is named after its condition changed. Longer, and the names of many losses
+/// pile up; shorter, and a viewer at a higher playback speed misses them.
+const NEWS_S: f64 = 8.0;
 
 /// Corners of an aircraft of span 1 as (ahead, left), from nose to tail along its left side. The right side mirrors it.
 const OUTLINE: [(f64, f64); 9] = [
@@ -51,21 +57,32 @@ enum CraftLook {
     Gone(Point2<f64>),
 }
 
+/// How one UAV is drawn.
+#[derive(Debug, Clone, PartialEq)]
+struct DrawnCraft {
+    look: CraftLook,
+    /// Whether its name stands beside it.
+    named: bool,
+}
+
 /// Remembers how the UAVs looked in the last scene, to tell when the next one is due.
 #[derive(Debug, Clone)]
 pub(crate) struct CraftScene {
     span_m: f64,
     /// Last known position of each UAV, UAV 1 first.
     places: Vec<Option<Point2<f64>>>,
-    /// How each UAV looks in the last scene; `None` before it was seen.
-    written: Vec<Option<CraftLook>>,
+    /// The tick at which each UAV last changed its look.
+    news: Vec<Option<i64>>,
+    /// How each UAV is drawn in the last scene; `None` before it was seen.
+    written: Vec<Option<DrawnCraft>>,
 }
 
 impl CraftScene {
     /// For a ring of `uavs`, `spacing_m` apart, none of them seen yet.
     pub(crate) fn new(uavs: u32, spacing_m: f64) -> Self {
-        let (places, written) = (vec![None; uavs as usize], vec![None; uavs as usize]);
-        Self { span_m: SPAN * spacing_m, places, written }
+        let uavs = uavs as usize;
+        let (places, news, written) = (vec![None; uavs], vec![None; uavs], vec![None; uavs]);
+        Self { span_m: SPAN * spacing_m, places, news, written }
     }
 
     /// Notes the position of every UAV in the sky.
@@ -82,37 +99,57 @@ impl CraftScene {
         faults: &CurrentFaults,
         clock: Clock,
     ) -> Option<SceneUpdate> {
-        let looks: Vec<_> =
+        let drawn: Vec<_> =
             (1..).zip(&self.places).map(|(uav, place)| look(frame, uav, *place, faults)).collect();
-        if looks == self.written {
+        let drawn = self.named(drawn, clock, frame.tick);
+        if drawn == self.written {
             return None;
         }
-        self.written = looks;
+        self.written = drawn;
         let count = self.written.len() as u32;
-        let drawn = (1..).zip(&self.written).filter_map(|(uav, look)| Some((uav, look.as_ref()?)));
-        let entities = drawn.map(|(uav, look)| self.drawn(uav, count, look, clock, frame.tick)).collect();
+        let drawn = (1..).zip(&self.written).filter_map(|(uav, drawn)| Some((uav, drawn.as_ref()?)));
+        let entities = drawn.map(|(uav, drawn)| self.drawn(uav, count, drawn, clock, frame.tick)).collect();
         Some(whole(entities, clock, frame.tick))
     }
 
-    fn drawn(&self, uav: u32, count: u32, look: &CraftLook, clock: Clock, tick: i64) -> SceneEntity {
+    /// Decides which of the UAVs with these `looks` have names at `tick`.
+    fn named(&mut self, looks: Vec<Option<CraftLook>>, clock: Clock, tick: i64) -> Vec<Option<DrawnCraft>> {
+        let all = looks.len() as u32 <= NAMED_UAVS;
+        let oldest = tick - (NEWS_S * f64::from(clock.rate_hz())) as i64;
+        let mut drawn = Vec::with_capacity(looks.len());
+        for ((look, before), news) in looks.into_iter().zip(&self.written).zip(&mut self.news) {
+            // To be seen for the first time is no news.
+            if let (Some(look), Some(before)) = (&look, before)
+                && *look != before.look
+            {
+                *news = Some(tick);
+            }
+            let named = all || news.is_some_and(|changed| changed > oldest);
+            drawn.push(look.map(|look| DrawnCraft { look, named }));
+        }
+        drawn
+    }
+
+    fn drawn(&self, uav: u32, count: u32, drawn: &DrawnCraft, clock: Clock, tick: i64) -> SceneEntity {
         let id = format!("uav {}", padded(uav, count));
         let colour = palette::colour(uav);
-        match look {
-            // On the map, because `/tf` may no longer have the coordinate frame of this UAV.
-            CraftLook::Gone(place) => self.gone(entity(MAP, id, clock, tick), uav, *place),
+        let (mut body, name, above) = match &drawn.look {
+            CraftLook::Gone(place) => {
+                // On the map, because `/tf` may no longer have the coordinate frame of this UAV.
+                let mut mark = entity(MAP, id, clock, tick);
+                mark.lines.push(line(LineList, self.cross(*place), 3.0, colour, 1.0));
+                (mark, format!("{uav} vanished"), Point3 { x: place.x, y: place.y, z: self.span_m })
+            }
             CraftLook::Flying { condition, mode } => {
                 let mut body = entity(uav_frame(uav, count), id, clock, tick);
                 self.add_body(&mut body, *condition, colour);
-                let name = name(uav, *condition, *mode);
-                body.texts.push(text(
-                    name,
-                    Point3 { x: 0.0, y: 0.0, z: 0.9 * self.span_m },
-                    NAME_PIXELS,
-                    palette::BRIGHT,
-                ));
-                body
+                (body, name(uav, *condition, *mode), Point3 { x: 0.0, y: 0.0, z: 0.9 * self.span_m })
             }
+        };
+        if drawn.named {
+            body.texts.push(text(name, above, NAME_PIXELS, palette::BRIGHT));
         }
+        body
     }
 
     /// Adds the body: filled while all is well, hollow without an agent, crossed out after a collision.
@@ -144,15 +181,6 @@ impl CraftScene {
             color: Some(colour.in_scene(1.0)),
             ..TriangleListPrimitive::default()
         }
-    }
-
-    /// Marks the last position of a UAV that left the sky.
-    fn gone(&self, mut mark: SceneEntity, uav: u32, place: Point2<f64>) -> SceneEntity {
-        let colour = palette::colour(uav);
-        mark.lines.push(line(LineList, self.cross(place), 3.0, colour, 1.0));
-        let above = Point3 { x: place.x, y: place.y, z: self.span_m };
-        mark.texts.push(text(format!("{uav} vanished"), above, NAME_PIXELS, palette::BRIGHT));
-        mark
     }
 
     fn cross(&self, place: Point2<f64>) -> Vec<Point3> {
@@ -218,6 +246,24 @@ mod tests {
         frame.uavs[2].state = None;
         faults.observe(&frame);
         assert_eq!(names(&scene(&frame, &faults).unwrap())[2], ("map", "3 vanished"));
+    }
+
+    #[test]
+    fn in_a_large_swarm_a_uav_is_named_only_while_it_has_news() {
+        let scenario = testing::ring_of(13, 40.0);
+        let (mut craft, mut faults) = (CraftScene::new(13, 40.0), CurrentFaults::default());
+        let mut named_at = |tick: i64, faults: &CurrentFaults| {
+            let frame = testing::at_rest(&scenario, tick);
+            craft.observe(&frame);
+            let scene = craft.scene(&frame, faults, Clock::new(100))?;
+            let names = scene.entities.iter().flat_map(|one| &one.texts).map(|text| text.text.clone());
+            Some(names.collect::<Vec<_>>())
+        };
+        assert_eq!(named_at(0, &faults), Some(vec![]));
+        faults.on_event(&Event::ProcessFrozen { part: Part::Agent(UavId(7)) });
+        assert_eq!(named_at(100, &faults), Some(vec!["7 lost".to_owned()]));
+        assert_eq!(named_at(899, &faults), None, "still named");
+        assert_eq!(named_at(900, &faults), Some(vec![]), "8 s later");
     }
 
     #[test]

@@ -1,17 +1,17 @@
-//! Draws what never changes: the obstacles, and the formation that moves with the leader.
+//! Draws what rarely changes: the obstacles, and the formation that moves with the leader.
 //!
-//! Never knows where UAVs are; these scenes are written once.
+//! Never knows where UAVs are. The obstacles are drawn once, the formation again when the ring of living UAVs changes.
 
 use super::{LEADER, MAP, at, entity, flat, line, text, whole};
 use crate::{
     clock::Clock,
+    metrics::FlownRing,
     show::{circle, palette},
 };
 use foxglove::messages::{
     CylinderPrimitive, Point3, SceneEntity, SceneUpdate, Vector3, line_primitive::Type::LineLoop,
 };
 use nalgebra::Point2;
-use ringwing_flight::Formation;
 use ringwing_scenario::ObstacleSection;
 
 /// Height of names. Smaller than the names of UAVs, so that these stand out.
@@ -44,13 +44,16 @@ fn body(obstacle: &ObstacleSection, clock: Clock, tick: i64) -> SceneEntity {
     body
 }
 
-/// The leader, and the ring with its slots around it: `/scene/formation`.
-pub(crate) fn formation(formation: &Formation, clock: Clock, tick: i64) -> SceneUpdate {
-    let mark_m = SLOT * formation.spacing_m();
+/// The leader, and the ring that is flown with its slots around it: `/scene/formation`.
+///
+/// Marks have their size from `spacing_m`, the distance between neighbours in the whole ring.
+pub(crate) fn formation(flown: &FlownRing, spacing_m: f64, clock: Clock, tick: i64) -> SceneUpdate {
+    let mark_m = SLOT * spacing_m;
     let mut ring = entity(LEADER, "ring", clock, tick);
-    ring.lines.push(line(LineLoop, circle(Point2::origin(), formation.radius_m()), 1.0, palette::QUIET, 0.8));
-    for number in 1..=formation.count() {
-        let mark = diamond(formation.slot(number, Point2::origin()), mark_m);
+    let circles = flown.radius_m().map(|radius_m| circle(Point2::origin(), radius_m));
+    ring.lines.extend(circles.map(|circle| line(LineLoop, circle, 1.0, palette::QUIET, 0.8)));
+    for (number, offset) in flown.slots() {
+        let mark = diamond(Point2::from(offset), mark_m);
         ring.lines.push(line(LineLoop, mark, 2.0, palette::colour(number), 0.9));
     }
     let mut leader = entity(LEADER, "leader", clock, tick);
@@ -85,11 +88,26 @@ mod tests {
 
     #[test]
     fn the_formation_is_drawn_around_the_leader() {
-        let ring = testing::ring_of(5, 40.0).formation();
-        let scene = formation(&ring, Clock::new(100), 0);
+        let scenario = testing::ring_of(5, 40.0);
+        let ring = scenario.formation();
+        let scene = formation(&FlownRing::new(&scenario), 40.0, Clock::new(100), 0);
         assert!(scene.entities.iter().all(|one| one.frame_id == "leader" && one.frame_locked));
         assert_eq!(scene.entities[0].lines.len(), 6);
         let radius = scene.entities[0].lines[0].points[0].x;
         assert!((radius - ring.radius_m()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn after_a_loss_the_ring_is_drawn_as_the_survivors_fly_it() {
+        let mut scenario = testing::ring_of(6, 40.0);
+        scenario.control.ring_closes = true;
+        let mut flown = FlownRing::new(&scenario);
+        flown.follow(|number| number != 2);
+        let scene = formation(&flown, 40.0, Clock::new(100), 0);
+        let [circle, slots @ ..] = &scene.entities[0].lines[..] else { panic!("a circle and slots") };
+        // Five UAVs 40 m apart lie on a circle of 20 m / sin(36 deg).
+        assert!((circle.points[0].x - 20.0 / libm::sin(36.0_f64.to_radians())).abs() < 1e-9);
+        let colours: Vec<_> = slots.iter().map(|slot| slot.color).collect();
+        assert_eq!(colours, [1, 3, 4, 5, 6].map(|uav| Some(palette::colour(uav).in_scene(0.9))));
     }
 }

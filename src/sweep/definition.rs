@@ -1,0 +1,158 @@
+//! The arguments of `ringwing sweep`, and the sweep that they ask for.
+
+use super::SweepVerb;
+use crate::WrongUsage;
+use ringwing_scenario::{Setting, Source};
+use ringwing_study::sweep::{
+    Columns, Combination, Definition, Draft, Given, Sampling, Shard, SweepProblem, is_sweep, preset,
+};
+use std::{fs, num::NonZero, path::PathBuf};
+
+/// What to fly, and how.
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
+pub(crate) struct SweepArgs {
+    #[command(subcommand)]
+    pub(super) verb: Option<SweepVerb>,
+    /// Name of a built-in sweep (see `ringwing sweep list`), a sweep file, or a scenario to which axes are added
+    #[arg(value_name = "SWEEP", default_value = "delay-loss")]
+    sweep: String,
+    /// Add an axis, such as "formation.uavs=3, 6, 12", "control.law=paper, resilient" or "delay=uniform 0 .. 2"
+    #[arg(long = "axis", value_name = "NAME=VALUES")]
+    axes: Vec<String>,
+    /// Add a fault in which braces hold an axis, such as "at 30 s link all->all delay {0, 0.1 .. 1.0} s"
+    #[arg(long = "fault", value_name = "SENTENCE")]
+    faults: Vec<String>,
+    /// Override a key of the scenario in every cell
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    settings: Vec<Setting>,
+    /// How the values of axes are combined
+    #[arg(long, value_name = "HOW", value_parser = ["grid", "zip", "one-at-a-time"])]
+    combination: Option<String>,
+    /// How random axes are drawn
+    #[arg(long, value_name = "HOW", value_parser = ["independent", "latin-hypercube"])]
+    sampling: Option<String>,
+    /// Number of samples of the random axes
+    #[arg(long, value_name = "NUMBER")]
+    samples: Option<u64>,
+    /// Number of flights of each cell, each with a seed of its own
+    #[arg(long, value_name = "NUMBER")]
+    seeds: Option<u64>,
+    /// The first seed of each cell
+    #[arg(long, value_name = "NUMBER")]
+    first_seed: Option<u64>,
+    /// Fly each cell until the 95 % interval of its success is this narrow, such as 0.1
+    #[arg(long, value_name = "WIDTH")]
+    precision: Option<f64>,
+    /// With --precision, the most flights of a cell
+    #[arg(long, value_name = "NUMBER")]
+    seeds_max: Option<u64>,
+    /// Number of flights at the same time; by default, the number of cores
+    #[arg(long, value_name = "NUMBER")]
+    pub(super) jobs: Option<NonZero<usize>>,
+    /// Fly only this part of the sweep, such as 3/16; jobs of Slurm and Kubernetes know theirs by themselves
+    #[arg(long, value_name = "NUMBER/COUNT")]
+    shard: Option<Shard>,
+    /// Folder of the results; by default, sweeps/NAME
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) out: Option<PathBuf>,
+    /// Go on where an earlier run of the sweep has stopped (this is the default)
+    #[arg(long, conflicts_with = "fresh")]
+    resume: bool,
+    /// Remove earlier results, and begin anew
+    #[arg(long)]
+    pub(super) fresh: bool,
+    /// Fly every flight with real processes instead of in the simulation
+    #[arg(long)]
+    pub(super) processes: bool,
+    /// Fly even if that takes very long
+    #[arg(long)]
+    pub(super) yes: bool,
+    /// Draw maps of this figure as well; repeatable
+    #[arg(long = "figure", value_name = "NAME")]
+    pub(super) figures: Vec<String>,
+    /// Print the cells as JSON, and no progress during the flights
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+impl SweepArgs {
+    /// The sweep.
+    pub(super) fn definition(&self) -> anyhow::Result<Definition> {
+        let mut draft = self.base()?;
+        self.add_to(&mut draft).map_err(WrongUsage)?;
+        let sweep = draft.finish().map_err(|problems| refused(&problems))?;
+        if let Some(axis) = Columns::of(&sweep).ambiguous() {
+            return Err(WrongUsage(format!(
+                "axis {axis}: a column of the results has this name: give another one"
+            ))
+            .into());
+        }
+        Ok(sweep)
+    }
+
+    /// The built-in sweep, the file, or the scenario that the arguments begin with.
+    fn base(&self) -> anyhow::Result<Draft> {
+        let name = self.sweep.as_str();
+        if let Some(preset) = preset::named(name) {
+            return Draft::parse(name, preset.text).map_err(|problems| refused(&problems));
+        }
+        // A sweep and a scenario are both files of TOML, and only a sweep names a scenario or axes.
+        match fs::read_to_string(name) {
+            Ok(text) if is_sweep(&text) => Draft::parse(name, &text).map_err(|problems| refused(&problems)),
+            _ => {
+                Source::find(name)?;
+                Ok(Draft { scenario: Some(name.to_owned()), place: name.to_owned(), ..Draft::default() })
+            }
+        }
+    }
+
+    /// Adds what the command line asks for. An axis or a key of the file gives way to one of the same name.
+    fn add_to(&self, draft: &mut Draft) -> Result<(), String> {
+        for text in &self.axes {
+            let (name, values) = text.split_once('=').map(|(name, values)| (name.trim(), values.trim())).ok_or_else(|| {
+                format!("--axis {text:?}: give a name and values, such as --axis \"control.law=paper, resilient\"")
+            })?;
+            let given = Given::new(name, values, &format!("--axis {name:?}"));
+            match draft.axes.iter_mut().find(|axis| axis.name == name) {
+                Some(axis) => *axis = given,
+                None => draft.axes.push(given),
+            }
+        }
+        for setting in &self.settings {
+            draft.set.retain(|given| given.name != setting.key);
+            draft.set.push(Given::new(&setting.key, &setting.value, "--set"));
+        }
+        draft.faults.extend(self.faults.iter().map(|text| Given::new("", text, "--fault")));
+        let combination = |text: &String| match text.as_str() {
+            "zip" => Combination::Zip,
+            "one-at-a-time" => Combination::OneAtATime,
+            _ => Combination::Grid,
+        };
+        let sampling = |text: &String| match text.as_str() {
+            "latin-hypercube" => Sampling::LatinHypercube,
+            _ => Sampling::Independent,
+        };
+        draft.combination = self.combination.as_ref().map(combination).or(draft.combination);
+        draft.sampling = self.sampling.as_ref().map(sampling).or(draft.sampling);
+        draft.samples = self.samples.or(draft.samples);
+        draft.seeds = self.seeds.or(draft.seeds);
+        draft.first_seed = self.first_seed.or(draft.first_seed);
+        draft.precision = self.precision.or(draft.precision);
+        draft.seeds_max = self.seeds_max.or(draft.seeds_max);
+        Ok(())
+    }
+
+    /// The part of the sweep to fly: as given, or as a cluster says.
+    pub(super) fn shard(&self) -> Result<Shard, WrongUsage> {
+        let of_cluster = || Shard::of_environment(|name| std::env::var(name).ok());
+        let shard = self.shard.map_or_else(of_cluster, |shard| Ok(Some(shard))).map_err(WrongUsage)?;
+        Ok(shard.unwrap_or(Shard::WHOLE))
+    }
+}
+
+fn refused(problems: &[SweepProblem]) -> anyhow::Error {
+    let lines: Vec<_> = problems.iter().map(ToString::to_string).collect();
+    WrongUsage(lines.join("\n")).into()
+}

@@ -1,0 +1,82 @@
+//! Flies one flight of a sweep with real processes, by a run of this very program.
+//!
+//! Never launches a swarm within this process: the launcher owns signals and children of its process.
+
+use ringwing_flight::{Collider, Collision, UavId, WorldReport};
+use ringwing_recorder::metrics::FlightSummary;
+use ringwing_scenario::Scenario;
+use ringwing_study::Outcome;
+use serde::Deserialize;
+use std::{env, fs, io, process::Command};
+
+/// What a flight of a sweep takes from the summary of a run.
+#[derive(Deserialize)]
+struct Run {
+    failures: Vec<String>,
+    payload_hash: Option<String>,
+    ticks: i64,
+    collision_list: Option<Vec<CollisionRow>>,
+    failsafes: Option<u32>,
+    refused_commands: Option<u64>,
+    reused_commands: Option<u64>,
+    missed_deadlines: Option<u64>,
+    unanswered_ticks: Option<u64>,
+    flight: Option<FlightSummary>,
+}
+
+#[derive(Deserialize)]
+struct CollisionRow {
+    time_s: f64,
+    uav: u32,
+    with: String,
+    position_m: [f64; 2],
+}
+
+/// Flies `scenario` with processes; `Err` says why it could not be flown.
+pub(super) fn fly(scenario: &Scenario) -> Result<Outcome, String> {
+    let run = launch(scenario).map_err(|error| format!("the processes cannot be run: {error}"))?;
+    let run: Run = serde_json::from_slice(&run.stdout).map_err(|_| {
+        format!("the processes left no summary: {}", String::from_utf8_lossy(&run.stderr).trim())
+    })?;
+    let Some(summary) = run.flight.clone() else {
+        return Err(run.failures.join("; "));
+    };
+    let report = report(scenario, &run);
+    Ok(Outcome::judged(scenario, summary, report, Vec::new()))
+}
+
+fn launch(scenario: &Scenario) -> io::Result<std::process::Output> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("scenario.toml");
+    fs::write(&file, scenario.to_toml())?;
+    let mut command = Command::new(env::current_exe()?);
+    command.arg("run").arg(&file).args(["--no-record", "--json", "--out"]).arg(folder.path());
+    command.output()
+}
+
+/// The world's report, from the summary; `None` if the world left none.
+fn report(scenario: &Scenario, run: &Run) -> Option<WorldReport> {
+    let collisions = run.collision_list.as_ref()?.iter().filter_map(|row| collision(scenario, row)).collect();
+    Some(WorldReport {
+        last_tick: run.ticks,
+        complete: run.failures.is_empty(),
+        payload_hash: run.payload_hash.clone()?,
+        collisions,
+        failsafes: run.failsafes?,
+        refused_commands: run.refused_commands?,
+        reused_commands: run.reused_commands?,
+        missed_deadlines: run.missed_deadlines?,
+        unanswered_ticks: run.unanswered_ticks?,
+        late_max_us: 0.0,
+        latency: None,
+    })
+}
+
+fn collision(scenario: &Scenario, row: &CollisionRow) -> Option<Collision> {
+    let of_obstacle = || scenario.obstacles.iter().position(|obstacle| obstacle.name == row.with);
+    let with = match row.with.strip_prefix("uav ").and_then(|number| number.parse().ok()) {
+        Some(number) => Collider::Uav(UavId(number)),
+        None => Collider::Obstacle(of_obstacle()? as u32),
+    };
+    Some(Collision { time_s: row.time_s, uav: UavId(row.uav), with, position_m: row.position_m })
+}

@@ -1,0 +1,15 @@
+//! Many simulated flights, and what they say about a swarm.
+//!
+//! [`flight`] flies one scenario and returns its [`Outcome`]; [`figure`] names every number of it. Everything else here
+//! is built on these two.
+//!
+//! Never changes a flight: a flight depends only on its scenario, so the order and the number of flights decide nothing.
+
+pub mod figure;
+pub mod flight;
+pub mod shell;
+pub mod statistics;
+pub mod sweep;
+
+pub use figure::Figure;
+pub use flight::{Outcome, Violation, fly};
