@@ -40,7 +40,7 @@ fn every_quantity_is_checked_at_its_bounds() {
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
         ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
-        ("formation.spacing_m", |s, v| s.formation.spacing_m = v, &[2.1, 1e7], &[0.0, -40.0]),
+        ("formation.spacing_m", |s, v| s.formation.spacing_m = v, &[10.1, 1e7], &[0.0, -40.0]),
         ("formation.bearing_deg", |s, v| s.formation.bearing_deg = v, &[-360.0, 360.0], &[-361.0, 361.0]),
         ("control.formation_gain", |s, v| s.control.formation_gain = v, &[1e-9], &[0.0, -1.0]),
         ("control.slot_gain", |s, v| s.control.slot_gain = v, &[1e-9], &[0.0, -1.0]),
