@@ -14,6 +14,7 @@ const TIMEOUT_TICKS: i64 = 10;
 #[derive(Default)]
 struct Lists {
     sensed: Vec<Sensed>,
+    traffic: Vec<Traffic>,
     states: BTreeMap<UavId, Vec<UavState>>,
     leader: Vec<LeaderState>,
     open: BTreeSet<UavId>,
@@ -28,6 +29,11 @@ impl Inputs for Lists {
 
     fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), Infallible> {
         hand_over(&self.sensed, &ticks, take);
+        Ok(())
+    }
+
+    fn traffic(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Traffic>) -> Result<(), Infallible> {
+        hand_over(&self.traffic, &ticks, take);
         Ok(())
     }
 
