@@ -15,7 +15,6 @@ const FIELDS: [u64; 3] = [0x6669_656c_64, 0, 0];
 /// How near a flight came to something, and when it was whole for good.
 #[derive(Debug, Clone, Copy)]
 struct Closest {
-    seed: u64,
     /// The closest two aircraft.
     pair_m: f64,
     /// The smallest distance from the edge of an obstacle.
@@ -27,8 +26,7 @@ struct Closest {
 /// Flies `scenario` to its end.
 fn closest_of(scenario: &Scenario) -> Closest {
     let mut simulation = Simulation::new(scenario).expect("a scenario that can be simulated");
-    let mut closest =
-        Closest { seed: scenario.seed, pair_m: f64::INFINITY, clearance_m: f64::INFINITY, settled_s: 0.0 };
+    let mut closest = Closest { pair_m: f64::INFINITY, clearance_m: f64::INFINITY, settled_s: 0.0 };
     loop {
         let is_over = !simulation.step();
         let places = places(&simulation);

@@ -405,7 +405,7 @@ mod tests {
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
         assert!(found.is_sorted() && found.len() == 2019);
         assert!(found.iter().zip(topics::ALL).all(|(found, named)| *found == named));
-        assert_eq!(found[16], "/uav/0001/control");
+        assert_eq!(found[17], "/uav/0001/control");
     }
 
     #[test]

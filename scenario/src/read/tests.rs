@@ -313,7 +313,7 @@ fn answers_that_the_world_would_not_wait_for_are_refused_in_lockstep_only() {
     let error = read(&together, &[]).unwrap_err().to_string();
     assert_eq!(
         error,
-        "scenario \"wind.toml\", line 3: faults.1.do: uav 3 would answer 2 s late, and in lockstep the world gives up a \
+        "wind.toml:3: faults.1.do: uav 3 would answer 2 s late, and in lockstep the world gives up a \
          process after supervision.answer_timeout_s 2 s: slow it by at most 1.6 s, or set answer_timeout_s to 2.5 s"
     );
     assert!(read(&together, &["answer_timeout_s=2.5"]).is_ok());
@@ -334,7 +334,7 @@ fn a_delay_file_counts_from_the_folder_of_its_scenario_and_its_errors_have_both_
     let source = Source { name: path.display().to_string(), text: text.into() };
     let error = Scenario::read(&source, &[]).unwrap_err().to_string();
     let expected = format!(
-        "scenario \"{0}/wind.toml\", line 4: faults.0.do: delay file \"{0}/wifi.txt\", line 2: \"1e300\" is outside 0 to 86400 s",
+        "{0}/wind.toml:4: faults.0.do: delay file \"{0}/wifi.txt\", line 2: \"1e300\" is outside 0 to 86400 s",
         folder.display()
     );
     assert!(error.starts_with(&expected), "{error}");
@@ -355,7 +355,7 @@ fn a_warning_names_the_line_or_the_flag_of_a_fault_that_can_have_no_effect() {
     assert_eq!(
         lines,
         [
-            "scenario \"wind.toml\", line 5: the fault will have no effect: uav 2 and uav 5 are not ring neighbours, so \
+            "wind.toml:5: the fault will have no effect: uav 2 and uav 5 are not ring neighbours, so \
              they do not listen to each other",
             "--fault \"at 30 s kill uav 4\": the fault will have no effect: it begins at 30 s, and the flight ends at 10 s",
         ]
