@@ -10,6 +10,7 @@ pub mod flight;
 pub mod shell;
 pub mod statistics;
 pub mod sweep;
+pub mod theory;
 
 pub use figure::Figure;
 pub use flight::{Outcome, Violation, fly};
