@@ -5,7 +5,7 @@
 use crate::{
     FAILED, WrongUsage,
     launcher::{Plan, launch, log_in},
-    tell,
+    output::tell,
 };
 use anyhow::{Context, bail};
 use ringwing_bench::{

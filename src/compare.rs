@@ -2,14 +2,28 @@
 //!
 //! Never judges: the exit code does not depend on what differs.
 
-use crate::{log_argument, review::LoggedFlight, tell, warn_of};
+use crate::{
+    log_argument,
+    output::{self, tell, warn_of},
+    review::LoggedFlight,
+};
 use ringwing_recorder::{flat::flattened, log::reader::ReadError};
 use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
+    io,
     path::{Path, PathBuf},
     process::ExitCode,
 };
+
+/// Columns of a quantity's name. Most names are shorter.
+const NAME_COLUMNS: usize = 26;
+/// Columns of a value: ten digits before the point. A longer text is cut.
+const VALUE_COLUMNS: usize = 18;
+/// Columns of a difference: five digits before the point, and a sign.
+const DIFFERENCE_COLUMNS: usize = 13;
+/// Columns of the whole table, with the spaces before and between its columns.
+const TABLE_COLUMNS: usize = 2 + NAME_COLUMNS + 2 * (1 + VALUE_COLUMNS) + 1 + DIFFERENCE_COLUMNS;
 
 /// Which flights to compare.
 #[derive(Debug, clap::Args)]
@@ -88,15 +102,38 @@ const LEFT_OUT: [&str; 3] = ["flight.", "collision_list.", "seed_text"];
 
 /// Prints the table.
 fn print(rows: &[ComparedQuantity]) {
-    tell(&format!("  {:<34} {:>22} {:>22} {:>14}", "", "A", "B", "B - A"));
+    let is_wide = output::columns(&io::stdout()) >= TABLE_COLUMNS;
+    if is_wide {
+        tell(&wide("", ["A", "B", "B - A"]));
+    }
     let is_shown = |row: &&ComparedQuantity| !LEFT_OUT.iter().any(|prefix| row.name.starts_with(prefix));
     for row in rows.iter().filter(is_shown) {
-        let difference = match row.difference() {
-            Some(difference) if difference != 0.0 => format!("{difference:+.6}"),
-            _ if row.a == row.b => "=".into(),
-            _ => "differs".into(),
-        };
-        tell(&format!("  {:<34} {:>22} {:>22} {difference:>14}", row.name, shown(&row.a), shown(&row.b)));
+        let [a, b, difference] = [shown(&row.a), shown(&row.b), shown_difference(row)];
+        let values = [a.as_str(), &b, &difference];
+        tell(&if is_wide { wide(&row.name, values) } else { narrow(&row.name, values) });
+    }
+}
+
+/// One line of a table with a column for each value. A name that is too long for its column gets a line of its own.
+fn wide(name: &str, [a, b, difference]: [&str; 3]) -> String {
+    let values = format!(" {a:>VALUE_COLUMNS$} {b:>VALUE_COLUMNS$} {difference:>DIFFERENCE_COLUMNS$}");
+    if name.len() <= NAME_COLUMNS {
+        format!("  {name:NAME_COLUMNS$}{values}")
+    } else {
+        format!("  {name}\n  {:NAME_COLUMNS$}{values}", "")
+    }
+}
+
+/// The values below each other, for a terminal that is too narrow for the table.
+fn narrow(name: &str, [a, b, difference]: [&str; 3]) -> String {
+    format!("  {name}\n    A      {a}\n    B      {b}\n    B - A  {difference}")
+}
+
+fn shown_difference(row: &ComparedQuantity) -> String {
+    match row.difference() {
+        Some(difference) if difference != 0.0 => format!("{difference:+.6}"),
+        _ if row.a == row.b => "=".into(),
+        _ => "differs".into(),
     }
 }
 
@@ -104,9 +141,36 @@ fn print(rows: &[ComparedQuantity]) {
 fn shown(value: &Value) -> String {
     match value {
         Value::Null => "-".into(),
-        Value::String(text) if text.len() > 22 => format!("{}...", text.chars().take(19).collect::<String>()),
+        Value::String(text) if text.chars().count() > VALUE_COLUMNS => {
+            format!("{}...", text.chars().take(VALUE_COLUMNS - 3).collect::<String>())
+        }
         Value::String(text) => text.clone(),
         Value::Number(number) if number.is_f64() => format!("{:.6}", number.as_f64().unwrap_or_default()),
         other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(name: &str, a: Value, b: Value) -> ComparedQuantity {
+        ComparedQuantity { name: name.into(), a, b }
+    }
+
+    #[test]
+    fn a_line_of_the_table_fits_80_columns_and_the_narrow_form_40() {
+        let hash = Value::from("2e0766c04283bf8b5252da2f15dadfd3");
+        for row in [
+            row("payload_hash", hash.clone(), hash),
+            row("a_quantity_with_a_name_that_is_far_too_long", Value::from(1.5), Value::from(277.033_096)),
+        ] {
+            let [a, b, difference] = [shown(&row.a), shown(&row.b), shown_difference(&row)];
+            let values = [a.as_str(), &b, &difference];
+            for (text, columns) in [(wide(&row.name, values), 80), (narrow("collisions", values), 40)] {
+                assert!(text.lines().all(|line| line.chars().count() <= columns), "{text}");
+                assert!(text.contains(&a) && text.contains(&difference), "{text}");
+            }
+        }
     }
 }

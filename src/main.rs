@@ -6,10 +6,12 @@
 mod bench;
 mod clean;
 mod compare;
+mod completion;
 mod fault_command;
 mod launcher;
 mod log_argument;
 mod log_room;
+mod output;
 mod real_time;
 mod recover_command;
 mod review;
@@ -22,13 +24,20 @@ mod verify;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::{CompleteEnv, Shell};
-use std::{io::Write, process::ExitCode};
+use ringwing_flight::counted;
+use std::{io, process::ExitCode};
 
 /// Fly a swarm of fixed-wing UAVs in a ring formation, each UAV its own process
 ///
 /// Without a subcommand, ringwing flies the paper's Section 4.2, like `ringwing run`.
 #[derive(Debug, Parser)]
-#[command(name = "ringwing", version, max_term_width = 110, subcommand_negates_reqs = true)]
+#[command(
+    name = "ringwing",
+    version,
+    max_term_width = 110,
+    subcommand_negates_reqs = true,
+    after_help = EXIT_CODES
+)]
 struct Cli {
     /// (process) Keep the memory of this process in RAM
     #[arg(long, hide = true)]
@@ -88,12 +97,17 @@ enum Verb {
     Recorder(ringwing_recorder::RecorderArgs),
 }
 
+/// What the exit codes below mean, for the help.
+const EXIT_CODES: &str = "Exit codes: 0 done or passed; 1 failed; 2 wrong usage or an invalid scenario; 3 a requirement is \
+                          violated, or a repeated flight differs; 141 the reader of the output hung up";
 /// Exit code of a run or tool that failed.
 const FAILED: u8 = 1;
 /// Exit code of a flight that violated a requirement of its scenario.
 const VIOLATED: u8 = 3;
 /// Exit code for wrong usage and for invalid scenarios; clap uses the same.
 const WRONG_USAGE: u8 = 2;
+/// Exit code if the reader of standard output hung up: what a shell reports of a tool that SIGPIPE killed.
+const READER_GONE: u8 = 128 + 13;
 
 /// Arguments that are valid alone, but not together or not with this scenario.
 #[derive(Debug, thiserror::Error)]
@@ -101,15 +115,41 @@ const WRONG_USAGE: u8 = 2;
 struct WrongUsage(String);
 
 fn main() -> ExitCode {
-    // When a shell asks for completions, this answers and exits.
-    CompleteEnv::with_factory(Cli::command).complete();
-    let Cli { lock_memory, command } = Cli::parse();
+    let code = match answer_shell() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => Cli::try_parse().map_or_else(|answer| refuse_or_help(&answer), start),
+        Err(refusal) => refuse_or_help(&refusal),
+    };
+    output::exit_code(code)
+}
+
+/// Prints completions if a shell asks for them, and returns whether it does.
+fn answer_shell() -> clap::error::Result<bool> {
+    let command = || completion::with_completers(Cli::command());
+    CompleteEnv::with_factory(command)
+        .try_complete(std::env::args_os(), std::env::current_dir().ok().as_deref())
+}
+
+/// Prints clap's answer: the help or the version that was asked for, or what is wrong with the arguments.
+fn refuse_or_help(answer: &clap::Error) -> ExitCode {
+    let text = answer.render();
+    let shown = |is_coloured| if is_coloured { text.ansi().to_string() } else { text.to_string() };
+    if answer.use_stderr() {
+        output::note(shown(output::is_coloured(&io::stderr())).trim_end());
+        return ExitCode::from(WRONG_USAGE);
+    }
+    output::print(&shown(output::is_coloured(&io::stdout())));
+    ExitCode::SUCCESS
+}
+
+/// Does what the arguments ask for, and says what went wrong.
+fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
     // Beyond `ulimit -f` a write fails, like on a full disk: whoever writes reports it.
     if let Err(error) = ringwing_bus::survive_file_size_limit() {
-        eprintln!("ringwing: {error}");
+        output::warning(&error);
     }
     if lock_memory && let Err(error) = real_time::lock_memory() {
-        eprintln!("ringwing: memory cannot be locked: {error}");
+        output::warning(&format!("memory cannot be locked: {error}"));
     }
     // Let clap parse the default verb too, so that the defaults of `run` are written down only once.
     let verb = command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
@@ -117,7 +157,7 @@ fn main() -> ExitCode {
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),
         Verb::Fault(args) => ("", fault_command::run(&args)),
-        Verb::Completion { shell } => ("", complete(shell)),
+        Verb::Completion { shell } => ("", completion::run(shell)),
         Verb::Review(args) => ("", review::run(&args)),
         Verb::Verify(args) => ("", verify::run(&args)),
         Verb::Compare(args) => ("", compare::run(&args)),
@@ -134,39 +174,24 @@ fn main() -> ExitCode {
         Verb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),
         Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
     };
-    result.unwrap_or_else(|error| {
-        // All processes of a run write to the same terminal, so each says who it is.
-        eprintln!("ringwing: {who}{error}");
-        let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
-        ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })
-    })
+    result.unwrap_or_else(|error| report(who, &error))
 }
 
-/// Prints the completion script of a shell. The script asks this command, which knows the live runs.
-fn complete(shell: Shell) -> anyhow::Result<ExitCode> {
-    let shells = clap_complete::env::Shells::builtins();
-    let name = shell.to_string();
-    let completer =
-        shells.completer(&name).ok_or_else(|| WrongUsage(format!("there is no completion for {name}")))?;
-    let mut script = Vec::new();
-    completer.write_registration("COMPLETE", "ringwing", "ringwing", "ringwing", &mut script)?;
-    tell(String::from_utf8_lossy(&script).trim_end());
-    Ok(ExitCode::SUCCESS)
+/// Prints the error that ended the command, and returns the exit code for it.
+fn report(who: &str, error: &anyhow::Error) -> ExitCode {
+    match error.downcast_ref::<ringwing_scenario::ScenarioError>() {
+        Some(scenario) => {
+            scenario.problems().iter().for_each(|problem| output::error(problem));
+            output::note(&counted(scenario.problems().len(), "error"));
+        }
+        // All processes of a run write to the same terminal, so each says who it is.
+        None => output::error(&format!("{who}{error}")),
+    }
+    let is_usage = error.is::<ringwing_scenario::ScenarioError>() || error.is::<WrongUsage>();
+    ExitCode::from(if is_usage { WRONG_USAGE } else { FAILED })
 }
 
 fn finished<E: std::error::Error + Send + Sync + 'static>(result: Result<(), E>) -> anyhow::Result<ExitCode> {
     result?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Prints what the user should know of `log`, without a bearing on the exit code.
-fn warn_of(log: &std::path::Path, texts: &[String]) {
-    for text in texts {
-        eprintln!("ringwing: warning: log {}: {text}", log.display());
-    }
-}
-
-/// Prints a line. Errors are ignored: they mean that the reader of the output is gone.
-fn tell(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
 }

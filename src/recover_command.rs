@@ -2,7 +2,7 @@
 //!
 //! Never changes the damaged log, and never overwrites a file.
 
-use crate::{FAILED, WrongUsage, log_argument, tell};
+use crate::{FAILED, WrongUsage, log_argument, output::tell};
 use ringwing_recorder::log::{
     reader::{STANDARD_INPUT, locate},
     recover::{RecoveredLog, recover},

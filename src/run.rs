@@ -4,8 +4,8 @@
 
 use crate::{
     WrongUsage,
-    launcher::{LaunchError, Outcome, Plan, launch},
-    log_room,
+    launcher::{LaunchError, Outcome, Plan, launch, log_in},
+    log_room, output,
     real_time::{Urgency, urgency},
     simulated,
     summary::Summary,
@@ -13,11 +13,10 @@ use crate::{
 use ringwing_bench::PlacementArgs;
 use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
-use ringwing_scenario::{Fault, Scenario, Setting, Source, start};
+use ringwing_scenario::{Fault, Reading, Setting, Source, start};
 use ringwing_study::shell::quoted;
 use std::{
-    io::{self, Write},
-    path::PathBuf,
+    path::{Path, PathBuf},
     process::ExitCode,
 };
 
@@ -25,6 +24,8 @@ use std::{
 const DEFAULT_SCENARIO: &str = "paper-4.2";
 /// The folder for the folders of runs.
 pub(crate) const DEFAULT_OUT: &str = "runs";
+/// Name of the layout for viewers in a run's folder; the recorder writes it.
+const LAYOUT: &str = "layout.json";
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
@@ -95,24 +96,39 @@ fn part(text: &str) -> Result<Part, String> {
 pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let (plan, notes) = plan(args)?;
     for note in &notes {
-        eprintln!("ringwing: {note}");
+        output::warning(note);
     }
     let outcome = if args.simulated { simulated::fly(&plan)? } else { launch(&plan)? };
-    let summary = Summary::new(&plan.scenario, &outcome, plan.record, command(args, plan.scenario.seed));
-    let text = if args.json { summary.to_json() + "\n" } else { summary.to_string() };
-    // Print first: a disk that is full must not take the result. An error means that the reader of the output is gone.
-    // The exit code and summary.json still tell the result.
-    let _ = io::stdout().write_all(text.as_bytes());
+    let summary = Summary::new(
+        &plan.scenario,
+        &outcome,
+        plan.record,
+        command(args, plan.scenario.seed, &outcome.added_faults),
+    );
+    let text = if args.json { summary.to_json() + "\n" } else { summary.for_terminal() };
+    // Print first: a disk that is full must not take the result.
+    output::print(&text);
+    if !args.json && plan.record {
+        output::print(&next_steps(&outcome.folder));
+    }
     write(&outcome, &summary)?;
     Ok(summary.verdict.exit_code())
 }
 
-/// What to launch, and what of the wishes for it is not permitted.
+/// A line for each fault that can have no effect, and for each delay that rounding changes.
+pub(crate) fn warnings(reading: &Reading) -> Vec<String> {
+    reading.warnings().iter().map(ToString::to_string).collect()
+}
+
+/// What to launch, what to know about its faults, and what of the wishes for it is not permitted.
 fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
-    let scenario =
-        Scenario::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
+    let reading =
+        Reading::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
+    let mut notes = warnings(&reading);
+    let scenario = reading.scenario;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
+    check_out(&args.out)?;
     if args.simulated && scenario.time.real_time {
         return Err(WrongUsage(
             "--simulated cannot fly in real time: the scenario sets time.real_time, so add --set time.real_time=false"
@@ -121,7 +137,9 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         .into());
     }
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
-    let Urgency { placement, lock_memory, mut notes } = urgency(args.placement.placement(), &scenario)?;
+    let urgency = urgency(args.placement.placement(), &scenario)?;
+    let Urgency { placement, lock_memory, .. } = urgency;
+    notes.extend(urgency.notes);
     notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
@@ -136,6 +154,16 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         lock_memory,
     };
     Ok((plan, notes))
+}
+
+/// The summary and the printed commands name the run's folder, and they are UTF-8.
+fn check_out(out: &Path) -> Result<(), WrongUsage> {
+    match out.to_str() {
+        Some(_) => Ok(()),
+        None => {
+            Err(WrongUsage(format!("--out {}: the path is not UTF-8: choose another folder", out.display())))
+        }
+    }
 }
 
 fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
@@ -159,21 +187,38 @@ fn settings(args: &RunArgs) -> Vec<Setting> {
     settings
 }
 
+/// How to look further into a flight that was logged.
+fn next_steps(folder: &Path) -> String {
+    let path = |name: &str| quoted(&folder.join(name).display().to_string());
+    let log = quoted(&log_in(folder).display().to_string());
+    let review =
+        format!("  look     {} review {}\n", quoted(&program()), quoted(&folder.display().to_string()));
+    // A flight without a recorder that finished may have no layout.
+    if !folder.join(LAYOUT).exists() {
+        return review;
+    }
+    format!("{review}           open {log} in Foxglove with {}\n", path(LAYOUT))
+}
+
+/// This command, as the user called it.
+fn program() -> String {
+    std::env::args().next().unwrap_or_else(|| "ringwing".into())
+}
+
 /// Writes `summary.json` into the folder of the run.
 fn write(outcome: &Outcome, summary: &Summary) -> Result<(), LaunchError> {
     let path = outcome.folder.join("summary.json");
     write_whole(&path, summary.to_json() + "\n").map_err(|source| LaunchError::Folder { path, source })
 }
 
-/// The command that repeats the run, with its seed.
-fn command(args: &RunArgs, seed: u64) -> String {
+/// The command that repeats the run, with its seed and with the faults that were added during the flight.
+fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     // `--by-hand` is not repeated: nobody may be there to start the processes.
-    let program = std::env::args().next().unwrap_or_else(|| "ringwing".into());
-    let mut words = vec![program, "run".into(), args.scenario.clone()];
+    let mut words = vec![program(), "run".into(), args.scenario.clone()];
     for setting in &args.settings {
         words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
     }
-    words.extend(args.faults.iter().flat_map(|fault| ["--fault".into(), fault.to_string()]));
+    words.extend(args.faults.iter().chain(added).flat_map(|fault| ["--fault".into(), fault.to_string()]));
     words.extend(["--seed".into(), seed.to_string()]);
     words.extend(args.law.iter().flat_map(|law| ["--law".into(), law.clone()]));
     words.extend(args.uavs.iter().flat_map(|uavs| ["--uavs".into(), uavs.to_string()]));

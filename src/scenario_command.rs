@@ -2,12 +2,13 @@
 //!
 //! Never starts a process.
 
-use crate::tell;
-use ringwing_scenario::{Scenario, Source, preset, start};
-use std::{
-    io::{self, Write},
-    process::ExitCode,
+use crate::{
+    output::{self, tell},
+    run::warnings,
 };
+use ringwing_flight::counted;
+use ringwing_scenario::{Preset, Reading, Source, preset, start};
+use std::{io, process::ExitCode};
 
 /// What to do with scenarios.
 #[derive(Debug, clap::Subcommand)]
@@ -31,22 +32,45 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
     match verb {
         ScenarioVerb::List => {
             for preset in preset::all() {
-                tell(&format!("{:12} {}", preset.name, preset.description));
+                list(preset);
             }
         }
         ScenarioVerb::Show { scenario } => {
             let text = Source::find(scenario)?.text;
-            // Unlike `tell`, this adds no line break: the output is the scenario, byte for byte.
-            let _ = io::stdout().write_all(text.as_bytes());
+            output::print(&text);
         }
         ScenarioVerb::Check { scenario } => {
             let source = Source::find(scenario)?;
-            let scenario = Scenario::read(&source, &[])?;
+            let reading = Reading::read(&source, &[])?;
+            let warnings = warnings(&reading);
+            let scenario = reading.scenario;
             // Drawing start states can fail too: many UAVs may not fit into a small area.
             start::states(&scenario)?;
             let (uavs, duration_s) = (scenario.formation.uavs, scenario.time.duration_s);
-            tell(&format!("{}: {uavs} UAVs, {duration_s} s: nothing is wrong", source.name));
+            for warning in &warnings {
+                output::warning(warning);
+            }
+            let result = match warnings.len() {
+                0 => "nothing is wrong".into(),
+                count => counted(count, "warning"),
+            };
+            let uavs = counted(uavs, "UAV");
+            tell(&format!("{}: {uavs}, {duration_s} s: {result}", source.name));
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Width of the column of names: the longest name has 14 characters.
+const NAME_COLUMNS: usize = 15;
+
+/// Prints the name and the description of a preset.
+fn list(preset: &Preset) {
+    let columns = output::columns(&io::stdout()).saturating_sub(NAME_COLUMNS);
+    let mut name = preset.name;
+    for line in output::wrapped(preset.description, columns) {
+        tell(&format!("{name:NAME_COLUMNS$}{line}"));
+        // Further lines of the description stand below the first one.
+        name = "";
+    }
 }

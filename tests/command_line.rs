@@ -62,9 +62,11 @@ fn all_errors_of_a_scenario_are_reported_at_once_before_anything_starts() {
     for arguments in [&["run", file][..], &["scenario", "check", file]] {
         let (code, _, stderr) = output(arguments);
         assert_eq!(code, Some(2), "{stderr}");
-        for problem in ["line 2: formation.uavs", "line 3: formation.spacing", "line 5: time.duration_s"] {
-            assert!(stderr.contains(problem), "no {problem:?} in {stderr}");
+        for problem in ["2: formation.uavs", "3: formation.spacing", "5: time.duration_s"] {
+            let line = format!("error: {file}:{problem}");
+            assert!(stderr.contains(&line), "no {line:?} in {stderr}");
         }
+        assert!(stderr.ends_with("\n3 errors\n"), "{stderr}");
     }
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }
@@ -78,6 +80,11 @@ fn wrong_usage_exits_with_2_and_hints_at_the_fix() {
         (&["run", "--duration", "-3"], "--duration"),
         (&["run", "--set", "speed"], "key=value"),
         (&["run", "--set", "wind.speed=3"], "no such key"),
+        (&["run", "paper-42"], "did you mean paper-4.2?"),
+        (&["run", "--set", "formation.uav=7"], "did you mean uavs?"),
+        (&["run", "--set", "requirements.collision_max=0"], "did you mean collisions_max?"),
+        (&["run", "--fault", "at 1 s kil uav 3"], "did you mean kill?"),
+        (&["run", "--law", "resilent"], "'resilient'"),
         (&["run", "--by-hand", "pilot"], "agent-"),
         (&["run", "--by-hand", "agent-99"], "UAVs 1 to 6"),
         (&["run", "--set", "start.draw.separation_m=1000", "--uavs", "50"], "separation_m"),
@@ -87,6 +94,7 @@ fn wrong_usage_exits_with_2_and_hints_at_the_fix() {
         let (code, _, stderr) = output(arguments);
         assert_eq!(code, Some(2), "{arguments:?}: {stderr}");
         assert!(stderr.to_lowercase().contains(&hint.to_lowercase()), "no {hint:?} in {stderr}");
+        assert!(stderr.starts_with("error: "), "{stderr}");
     }
 }
 

@@ -107,7 +107,11 @@ fn every_sample_of_a_link_with_faults_is_counted() {
     let counts = run.log().links();
     assert!(counts.iter().any(|one| one.late > 0 && one.duplicated > 0 && one.in_flight > 0), "{counts:#?}");
     for one in &counts {
-        assert_eq!(one.offered + one.duplicated, one.delivered + one.lost + one.in_flight, "{one:?}");
+        assert_eq!(
+            one.offered + one.duplicated,
+            one.delivered + one.lost + one.corrupted + one.in_flight,
+            "{one:?}"
+        );
     }
     let totals = run.summary["flight"]["links"].as_array().unwrap();
     assert_eq!(totals.len(), 6 * 3, "each UAV has three links: two neighbours and the leader");
@@ -211,6 +215,194 @@ fn delays_are_replayed_from_a_file_in_any_folder() {
 }
 
 #[test]
+fn a_delay_file_is_found_beside_its_scenario_and_checked_with_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = folder.path().join("wind.toml");
+    let fault = "[[faults]]\nat_s = 1.0\ndo = \"link 2->3 delay file \\\"wifi.txt\\\"\"\n";
+    std::fs::write(&scenario, format!("[time]\nduration_s = 2.0\n{fault}")).unwrap();
+    let check = || ringwing().args(["scenario", "check"]).arg(&scenario).current_dir("/").output().unwrap();
+    for (content, problem) in [
+        ("0.02\n1e300\n", "wifi.txt\", line 2: \"1e300\" is outside 0 to 86400 s"),
+        ("0.02\n-1\n", "line 2: \"-1\" is outside"),
+        ("nan\n", "line 1: \"nan\" is not a delay"),
+    ] {
+        std::fs::write(folder.path().join("wifi.txt"), content).unwrap();
+        let stderr = String::from_utf8(check().stderr).unwrap();
+        assert!(stderr.contains("line 5") && stderr.contains(problem), "{stderr}");
+    }
+    std::fs::write(folder.path().join("wifi.txt"), "\u{feff}0.02\r\n0.05\r\n").unwrap();
+    assert_eq!(check().status.code(), Some(0));
+    let run = Swarm::fly(scenario.to_str().unwrap()).finish();
+    assert!(run.summary["failures"].as_array().unwrap().is_empty(), "{}", run.stderr);
+    let oldest =
+        run.log().controls(3).iter().filter_map(|control| control.previous_age_s).fold(0.0, f64::max);
+    assert!(oldest > 0.02, "the samples come {oldest} s late at most");
+}
+
+#[test]
+fn faults_without_effect_are_warned_of_counted_and_may_violate() {
+    let faults = [
+        "at 1 s kill uav 3",
+        "at 2 s kill uav 3",
+        "at 2 s link 1->2 loss 50 %",
+        "at 2 s link 2->5 blackout",
+        "at 2 s link 1->2 delay 4 ms",
+        "at 9 s link 1->2 blackout",
+    ];
+    let run = flown(&faults, "--duration 5 --set requirements={}");
+    for (sentence, reason) in [
+        (faults[1], "uav 3 is gone already"),
+        (faults[3], "uav 2 and uav 5 are not ring neighbours"),
+        (faults[4], "4 ms rounds to no tick at 100 Hz"),
+        (faults[5], "it begins at 9 s, and the flight ends at 5 s"),
+    ] {
+        let start = format!("warning: --fault \"{sentence}\": the fault will have no effect: {reason}");
+        assert!(run.stderr.lines().any(|line| line.contains(&start)), "no {start:?} in {}", run.stderr);
+    }
+    let effects = &run.summary["flight"]["fault_effects"];
+    assert_eq!((&effects["asked"], &effects["acted"]), (&6.into(), &2.into()), "{effects:#}");
+    let idle: Vec<_> =
+        effects["without_effect"].as_array().unwrap().iter().map(|idle| &idle["reason"]).collect();
+    assert_eq!(
+        idle,
+        [
+            "uav 3 is gone already",
+            "nobody listened on such a link",
+            "4 ms rounds to no tick at 100 Hz",
+            "it begins after the end of the flight at 5.00 s",
+        ]
+    );
+    let strict = "--duration 5 --set requirements={faults_act=true}";
+    let violated = flown(&faults, strict);
+    assert_eq!(violated.status.code(), Some(3));
+    let violations = violated.summary["violations"].as_array().unwrap();
+    let is_named = |violation: &serde_json::Value| {
+        violation.as_str().unwrap().starts_with("without effect: at 2 s kill uav 3")
+    };
+    assert!(violations.iter().any(is_named), "{violations:?}");
+    assert_eq!(flown(&faults[..1], strict).status.code(), Some(0));
+}
+
+/// Flies these faults twice by processes and once in the simulation, and asserts that all three flights are the same.
+fn assert_repeats_as_simulated(faults: &[&str], arguments: &str) {
+    let runs = [(); 2].map(|()| flown(faults, arguments));
+    let hash = runs[0].text("payload_hash");
+    assert_eq!(hash, runs[1].text("payload_hash"), "{faults:?}");
+    assert_eq!(runs[0].number("unanswered_ticks"), 0.0, "{faults:?}");
+    let text = std::fs::read_to_string(runs[0].folder.join("scenario.toml")).unwrap();
+    let simulated = ringwing_simulation::fly(&ringwing_scenario::Scenario::resolved(&text).unwrap()).unwrap();
+    assert_eq!(hash, simulated.report.unwrap().payload_hash, "{faults:?}");
+}
+
+#[test]
+fn agents_without_their_own_senses_answer_every_tick() {
+    for fault in [
+        "at 2 s link own->all blackout for 1.2 s",
+        "at 2 s link own->3 delay 1.5 s",
+        "at 2 s link own->all hold for 2 s",
+        "at 2 s link own->all gilbert loss 60 % burst 800 ms",
+        "at 2 s link own->3 blackout",
+    ] {
+        assert_repeats_as_simulated(&[fault], "--law resilient --duration 6");
+    }
+}
+
+#[test]
+fn links_with_a_rate_and_with_corruption_repeat_as_simulated() {
+    let faults = [
+        "at 1 s link all rate 20 samples/s queue 5 for 3 s",
+        "at 2 s link all corrupt 20 %",
+        "at 2 s link all gilbert loss 10 % burst 80 ms",
+        "at 3 s restart uav 3 after 500 ms",
+    ];
+    assert_repeats_as_simulated(&faults, "--law resilient --duration 6");
+    let corrupted =
+        flown(&faults[1..2], "--duration 6").log().links().iter().map(|one| one.corrupted).sum::<u64>();
+    assert!(corrupted > 0);
+}
+
+#[test]
+fn every_restart_of_the_fastest_flapping_happens() {
+    for (rate_hz, period_ms, kills) in [(2, 1000, 4), (10, 200, 5), (100, 20, 5)] {
+        let for_s = f64::from(kills * period_ms) / 1000.0;
+        for who in ["uav 3", "leader", "recorder"] {
+            let fault = format!("at 2 s flap {who} every {period_ms} ms for {for_s} s");
+            let arguments = format!("--duration 8 --set time.rate_hz={rate_hz}");
+            let run = flown(&[&fault], &arguments);
+            // The terminal tells of all of them: a recorder that is killed takes the last events with it.
+            let told = |what: &str| run.stderr.lines().filter(|line| line.contains(what)).count();
+            let happened = [told(&format!("{who} is killed")), told(&format!("{who} is started"))];
+            assert_eq!(happened, [kills as usize; 2], "{fault} at {rate_hz} Hz\n{}", run.stderr);
+            assert!(!run.stderr.contains("flying on"), "{}", run.stderr);
+            if who != "recorder" {
+                assert_repeats_as_simulated(&[&fault], &arguments);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_recorder_that_returns_after_a_while_does_not_hold_the_flight() {
+    let run = flown(&["at 1 s restart recorder after 2 s"], "--duration 5");
+    assert!(!run.stderr.contains("flying on"), "{}", run.stderr);
+    assert_eq!(run.log().states(1).last().unwrap().tick, 500);
+}
+
+#[test]
+fn a_flight_with_live_faults_repeats_with_them() {
+    let run = Swarm::fly("paper-4.1")
+        .with("--duration 60 --set requirements={}")
+        .fault("at 59 s link 1->2 loss 50 %")
+        .start();
+    run.wait_for_second(1.0);
+    for sentence in
+        ["kill uav 3", "link 4->5 delay 200 ms for 2 s", "link 2->5 blackout for 1 s", "heal link 9->9"]
+    {
+        let (code, answer) = ask(&run, sentence);
+        assert_eq!(code == Some(0), !sentence.starts_with("heal"), "{answer}");
+        assert_eq!(
+            answer.contains("warning: the fault will have no effect"),
+            sentence.contains("2->5"),
+            "{answer}"
+        );
+    }
+    let run = run.finish();
+    assert_eq!(run.summary["flight"]["fault_effects"]["asked"], 4);
+    let command = run.text("command");
+    for sentence in ["kill uav 3'", "link 4->5 delay 200 ms for 2 s'", "link 2->5 blackout for 1 s'"] {
+        assert!(command.contains(sentence), "{command}");
+    }
+    let again =
+        std::process::Command::new("bash").args(["-c", &format!("{command} --json")]).output().unwrap();
+    let again: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(again["payload_hash"], run.summary["payload_hash"]);
+    let verified = ringwing().arg("verify").arg(run.folder.join("run.mcap")).output().unwrap();
+    let output =
+        String::from_utf8_lossy(&verified.stdout).into_owned() + &String::from_utf8_lossy(&verified.stderr);
+    assert_eq!(verified.status.code(), Some(0), "{output}");
+}
+
+#[test]
+fn a_fault_that_a_stopped_launcher_applies_late_says_so_and_keeps_its_duration() {
+    let run = Swarm::fly("paper-4.1")
+        .with("--real-time --duration 8 --set requirements={}")
+        .fault("at 2 s freeze uav 5 for 1 s");
+    let run = run.start();
+    run.wait_for_second(1.5);
+    crate::harness::send(run.launcher(), rustix::process::Signal::STOP);
+    run.wait_for_second(3.5);
+    crate::harness::send(run.launcher(), rustix::process::Signal::CONT);
+    let run = run.finish();
+    let lines = run.log().lines();
+    let late =
+        lines.iter().find(|line| line.starts_with("fault.late: ")).expect("a line says how late it came");
+    assert!(late.contains(" s late, with its duration kept: freeze uav 5 for 1 s (uav 5)"), "{late}");
+    let commanded: Vec<i64> = run.log().controls(5).iter().map(|control| control.tick).collect();
+    let gap = commanded.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
+    assert!((90..=150).contains(&gap), "frozen for {gap} ticks instead of 100");
+}
+
+#[test]
 fn nobody_alive_is_no_success_and_what_was_not_seen_to_the_end_has_no_recovery_time() {
     let all = flown(&["at 20 s kill all uavs"], "--duration 40 --set requirements={}");
     all.assert_ended_with(3);
@@ -272,6 +464,8 @@ fn impossible_faults_are_refused_before_anything_starts() {
         ("at 3 s kill uav 9", "there is no uav 9"),
         ("at 3 s freeze world for 1 s", "the world keeps time"),
         ("at 3 s link 2->3 delay file \"nowhere.txt\"", "nowhere.txt"),
+        ("at 3 s slow uav 3 by 3 s", "set answer_timeout_s to 3.75 s"),
+        ("at 3 s link 2->3 gilbert loss 5 % burst 5 ms", "shorter than a tick"),
     ] {
         let output = ringwing().args(["run", "paper-4.1", "--fault", sentence]).output().unwrap();
         let stderr = String::from_utf8(output.stderr).unwrap();

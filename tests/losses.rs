@@ -36,7 +36,7 @@ fn the_airframe_of_a_killed_agent_goes_into_its_failsafe() {
         run.signal(AGENT, Signal::KILL);
         let run = run.finish();
         assert_flown(&run);
-        assert!(run.stderr.contains("error: uav 3 was killed by signal 9"), "{}", run.stderr);
+        assert!(run.stderr.contains("error: process: uav 3 was killed by signal 9"), "{}", run.stderr);
         assert_logged(&run, "process.lost: uav 3 was killed by signal 9");
         assert_logged(&run, "failsafe: uav 3");
         assert_eq!(modes_of(&run.log().states(3)), ["commanded", "loiter"]);

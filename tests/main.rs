@@ -1,6 +1,7 @@
 //! End-to-end tests: real processes, signals, shared memory and files. Each module tests one behaviour.
 
 #![expect(clippy::unwrap_used, reason = "a missing value fails the test")]
+#![expect(clippy::print_stderr, reason = "the output of a test is for its reader")]
 #![expect(
     unreachable_pub,
     reason = "the harness is written like a library, although it is part of one binary"
@@ -20,6 +21,7 @@ mod losses;
 mod machines;
 mod pauses;
 mod presets;
+mod printing;
 mod real_time;
 mod simulated;
 mod simulation;

@@ -95,10 +95,14 @@ fn a_container_that_is_paused_costs_no_process() {
     let run = flight_in_lockstep().start();
     run.wait_for_second(1.1);
     let all: Vec<u32> = processes(&run).into_iter().chain([run.launcher()]).collect();
-    all.iter().for_each(|process| send(*process, Signal::STOP));
+    for process in &all {
+        send(*process, Signal::STOP);
+    }
     wait_until_stopped(&all);
     thread::sleep(PAUSE);
-    all.iter().for_each(|process| send(*process, Signal::CONT));
+    for process in &all {
+        send(*process, Signal::CONT);
+    }
     assert_undisturbed(&run.finish());
 }
 

@@ -45,7 +45,8 @@ fn flight_differences(flown: &Flown, real: &Value) -> Vec<String> {
     };
     let fields = |summary| serde_json::to_value(summary).expect("a summary is plain data");
     let (simulated, real) = (fields(&flown.summary), fields(&real));
-    let is_compared = |key: &str| key != "links" || has_all_links;
+    // Which link faults acted comes with these counts.
+    let is_compared = |key: &str| !matches!(key, "links" | "fault_effects") || has_all_links;
     let compared = simulated.as_object().expect("an object").iter().filter(|(key, _)| is_compared(key));
     compared.filter_map(|(key, value)| difference(&format!("flight.{key}"), value, &real[key])).collect()
 }

@@ -60,21 +60,39 @@ fn review_draws_a_self_contained_page() {
     assert_eq!(code, Some(0), "{stderr}");
     assert!(table.contains("clearance of Obstacle 1") && table.contains("verdict  passed"), "{table}");
     let page = fs::read_to_string(run.folder.join("review/index.html")).unwrap();
-    for foreign in ["src=", "<script", "<link", "@import", "url("] {
-        assert!(!page.contains(foreign), "{foreign}");
+    let (own, library) = page.split_at(page.find("<script type=\"text/javascript\">").unwrap());
+    for foreign in ["src=", "<link", "@import", "url(", "http:", "https:"] {
+        assert!(!own.contains(foreign), "{foreign}");
     }
-    assert!(page.len() < 4_000_000, "{} bytes", page.len());
+    assert!(library.contains("plotly.js v"), "the page holds what draws it");
+    assert!(page.len() < 7_000_000, "{} bytes", page.len());
     for figure in
         ["trajectories", "leader-distances", "speeds", "obstacle-2-repulsion", "lyapunov", "latency"]
     {
         let svg = fs::read_to_string(run.folder.join(format!("review/{figure}.svg"))).unwrap();
         assert!(svg.starts_with("<svg") && svg.contains("<polyline"), "{figure}");
-        assert!(page.contains(&format!("id=\"{figure}\"")));
+        assert!(page.contains(&format!("id=\"plot-{figure}\"")));
+        assert!(page.contains(&format!("\"{figure}\":{{\"figure\"")));
     }
     assert!(!run.folder.join("review/events.svg").exists(), "a flight without events has no timeline");
     let csv = fs::read_to_string(run.folder.join("review/speeds.csv")).unwrap();
     assert!(csv.starts_with("time_s,uav 1,uav 2"));
     assert_eq!(csv.lines().count(), 9002, "a table has a header and a row per tick");
+}
+
+#[test]
+fn two_flights_are_drawn_over_each_other() {
+    let [a, b] = ["paper", "resilient"]
+        .map(|law| Swarm::fly("paper-4.1").with(&format!("--duration 20 --law {law}")).finish());
+    let out = a.folder.join("both");
+    let (_, table, stderr) = tool(&["review", text(&log_of(&a)), text(&log_of(&b)), "--out", text(&out)]);
+    assert_eq!(table.matches("verdict  ").count(), 2, "{table}{stderr}");
+    let page = fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(page.contains("<h1>A: paper-4.1</h1>") && page.contains("<h1>B: paper-4.1</h1>"));
+    assert!(page.contains("\"name\":\"A: uav 1\"") && page.contains("\"name\":\"B: uav 1\""));
+    for data in ["speeds.csv", "speeds.b.csv", "speeds.svg"] {
+        assert!(out.join(data).exists(), "{data}");
+    }
 }
 
 #[test]

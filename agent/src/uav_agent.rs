@@ -7,7 +7,7 @@
 
 use crate::{
     pilot::{Decision, Pilot},
-    reception::{Inputs, LinkReceiver, LinkSettings, Route},
+    reception::{Inputs, LinkReceiver, LinkSettings, Route, Sample},
 };
 use ringwing_flight::{Account, Command, LeaderState, LinkCounts, LinkSource, Sensed, Tick, UavId, UavState};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
@@ -97,12 +97,22 @@ impl UavAgent {
     }
 
     /// The counts to report in `now`, between [`receive`](Self::receive) and [`fly`](Self::fly): those of the links
-    /// with faults, once a simulated second and at the last tick.
-    pub fn link_counts(&self, now: Tick) -> impl Iterator<Item = LinkCounts> {
-        let is_due = now.0 % i64::from(self.links.rate_hz) == 0 || now == self.last_tick;
-        let neighbours = self.neighbours.iter().map(move |input| input.receiver.counts(now));
-        let all = neighbours.chain([self.leader.counts(now), self.senses.counts(now)]);
-        all.flatten().filter(move |_| is_due)
+    /// with faults, once a simulated second and at the last tick; and once more for each fault of a link when it alters its
+    /// first sample, and at the last tick.
+    pub fn link_counts(&mut self, now: Tick) -> Vec<LinkCounts> {
+        // Most flights have no link faults, and this is on the path of every tick.
+        if self.faults.is_empty() {
+            return Vec::new();
+        }
+        let is_last = now == self.last_tick;
+        let is_due = is_last || now.0 % i64::from(self.links.rate_hz) == 0;
+        let mut reports = Vec::new();
+        for input in &mut self.neighbours {
+            report(&mut input.receiver, now, is_due, is_last, &mut reports);
+        }
+        report(&mut self.leader, now, is_due, is_last, &mut reports);
+        report(&mut self.senses, now, is_due, is_last, &mut reports);
+        reports
     }
 
     /// Decides what to send in `now`. A running agent answers every tick: if it does not know where its UAV is, it
@@ -164,6 +174,20 @@ impl UavAgent {
         let receiver = LinkReceiver::new(route, self.links, &self.faults);
         self.neighbours.push(NeighbourInput { uav, receiver });
     }
+}
+
+/// Adds to `reports` what the receiver of one link has to report.
+fn report<T: Sample>(
+    receiver: &mut LinkReceiver<T>,
+    now: Tick,
+    is_due: bool,
+    is_last: bool,
+    reports: &mut Vec<LinkCounts>,
+) {
+    reports.extend(receiver.counts(now).filter(|_| is_due));
+    let news = receiver.news(now);
+    // At the end once more for every fault: a recorder that was replaced meanwhile may have missed the first report.
+    reports.extend(if is_last { receiver.all_acted(now) } else { news });
 }
 
 #[cfg(test)]

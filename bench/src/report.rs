@@ -49,12 +49,16 @@ pub fn run(args: &BenchArgs) -> Result<Report, BenchError> {
     let axes = check(args)?;
     let results = measure(args, &axes)?;
     let is_complete = !results.interrupted && results.cases.iter().all(|case| case.failure.is_none());
-    let json = serde_json::to_string(&results).expect("results are plain data");
+    let json = json(&results);
     // What took hours to measure is printed even if the disk is full by now.
     let written = args.out.as_deref().map(|out| write(out, &json, &results));
     let place = args.out.as_deref().filter(|_| matches!(written, Some(Ok(()))));
     let text = if args.json { json } else { text(&results, place) };
     Ok(Report { text, is_complete, unwritten: written.and_then(Result::err) })
+}
+
+fn json(results: &Results) -> String {
+    serde_json::to_string(results).expect("results are plain data")
 }
 
 /// Refuses every mistake that can be found before anything starts.

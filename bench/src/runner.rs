@@ -209,6 +209,8 @@ fn command(args: &CaseArgs) -> Command {
     let mut command = Command::new("/proc/self/exe");
     command.arg("bench-case").args(args.to_arguments());
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    // Whoever forces colours wants them on the terminal, not in the reason of a failed case.
+    command.env("NO_COLOR", "1");
     // In a process group of its own: the terminal sends Ctrl-C to the benchmark alone, which ends the case in order.
     command.process_group(0);
     command
@@ -217,7 +219,7 @@ fn command(args: &CaseArgs) -> Command {
 /// Most lines that are quoted from the stderr of a failed case; a hub's peers all complain about the same problem.
 const REASON_LINES: usize = 3;
 /// How ringwing's own processes begin a line on stderr.
-const OWN_LINE: &str = "ringwing: ";
+const OWN_LINE: &str = "error: ";
 
 /// The first lines of what a failed case wrote to stderr, as one line: those of ringwing first, then those of the user's
 /// program.
@@ -253,8 +255,8 @@ mod tests {
 
     #[test]
     fn only_the_first_reasons_are_quoted() {
-        assert_eq!(reason("ringwing: bench: no place\n"), "bench: no place");
-        assert_eq!(reason("ringwing: a\n\nb\nc\nd\ne\n"), "a; b; c; and 2 more lines");
-        assert_eq!(reason("Traceback\nringwing: the world failed\n"), "the world failed; Traceback");
+        assert_eq!(reason("error: bench: no place\n"), "bench: no place");
+        assert_eq!(reason("error: a\n\nb\nc\nd\ne\n"), "a; b; c; and 2 more lines");
+        assert_eq!(reason("Traceback\nerror: the world failed\n"), "the world failed; Traceback");
     }
 }

@@ -17,6 +17,7 @@ use rustix::fs::{FlockOperation, flock};
 use serde::{Serialize, de::DeserializeOwned};
 use std::{
     fmt, fs,
+    io::ErrorKind::PermissionDenied,
     os::unix::fs::{DirBuilderExt, MetadataExt},
     path::{Path, PathBuf},
     str::FromStr,
@@ -131,11 +132,25 @@ impl Drop for DomainOwner {
 impl Domain {
     /// Finds the domain of a run that another process started.
     pub fn join(id: &DomainId) -> Result<Self, BusError> {
-        if id.root().is_dir() {
-            Ok(Self { id: id.clone() })
-        } else {
-            Err(BusError::Domain { id: id.to_string(), problem: "no run of this name is live".into() })
+        if !id.root().is_dir() {
+            return Err(BusError::Domain {
+                id: id.to_string(),
+                problem: "no run of this name is live".into(),
+            });
         }
+        let domain = Self { id: id.clone() };
+        // Looking into the folder fails for everybody whom its owner does not let in.
+        match fs::metadata(domain.scenario_path()) {
+            Err(error) if error.kind() == PermissionDenied => Err(domain.permission_denied()),
+            _ => Ok(domain),
+        }
+    }
+
+    /// The error that this user may not use the domain.
+    pub fn permission_denied(&self) -> BusError {
+        // Only a domain that has just been removed has no owner, and root's number then does no harm.
+        let owner = fs::metadata(self.root()).map_or(0, |folder| folder.uid());
+        BusError::Permission { id: self.id.to_string(), owner }
     }
 
     /// Its name.
@@ -270,6 +285,16 @@ pub fn remove_abandoned() -> Vec<DomainId> {
         abandoned
     });
     ids
+}
+
+/// The abandoned domains that only their owners may remove.
+pub fn abandoned_by_others() -> Vec<Domain> {
+    let mut domains: Vec<Domain> = all().into_iter().map(|id| Domain { id }).collect();
+    domains.retain(|domain| {
+        let writable = fs::OpenOptions::new().write(true).open(domain.id.lock_path());
+        writable.is_err_and(|error| error.kind() == PermissionDenied) && !domain.has_launcher()
+    });
+    domains
 }
 
 /// Removes all files of a domain, its lock last: until then no other run takes the name.

@@ -15,6 +15,14 @@ pub enum BusError {
         /// What is wrong with it.
         problem: String,
     },
+    /// The run belongs to somebody else.
+    #[error("domain {id}: permission denied: the run belongs to user {owner}")]
+    Permission {
+        /// The domain's name.
+        id: String,
+        /// The number of the user who started the run.
+        owner: u32,
+    },
     /// The scenario in the domain is not valid. It was written by another build of ringwing.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),

@@ -20,6 +20,10 @@ const ROW: u32 = 19;
 /// Width and height that axes and margins take from the plot, in pixels. Less cuts labels; more makes the plot
 /// smaller.
 const AXES: (u32, u32) = (84, 66);
+/// Opacity of bands. A higher one hides lines and grid; at a lower one bands are hard to see in print.
+const SHADE: f64 = 0.12;
+/// Angle between the heading of an arrow and each of its barbs. A larger one looks like a dart, a smaller one like a cross bar.
+const ARROW_RAD: f64 = 2.6;
 /// Least number of points that a line may keep. Fewer would show corners in smooth curves.
 const MIN_DETAIL: usize = 100;
 
@@ -49,6 +53,43 @@ pub struct Curve {
     pub points: Vec<Option<(f64, f64)>>,
 }
 
+/// A stretch of the horizontal axis that is shaded behind the lines, such as the time of a fault.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// What happens there; bands of one name share a row in the legend.
+    pub name: String,
+    /// Colour of the shade, which is drawn almost transparent.
+    pub colour: RGBColor,
+    /// Where it begins.
+    pub from: f64,
+    /// Where it ends.
+    pub to: f64,
+}
+
+/// How a single point is marked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Symbol {
+    /// By its text alone.
+    Text,
+    /// By an arrow with this heading from the x axis, counterclockwise, in rad.
+    Arrow(f64),
+    /// By a cross.
+    Cross,
+}
+
+/// A marked point.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mark {
+    /// Where it is.
+    pub at: (f64, f64),
+    /// What is written beside it; may be empty.
+    pub text: String,
+    /// How it is marked.
+    pub symbol: Symbol,
+    /// Colour of text and symbol.
+    pub colour: RGBColor,
+}
+
 /// A chart.
 #[derive(Debug, Clone, Default)]
 pub struct Chart {
@@ -58,6 +99,12 @@ pub struct Chart {
     pub y: &'static str,
     /// The lines; later ones cover earlier ones.
     pub lines: Vec<Curve>,
+    /// What is shaded behind the lines.
+    pub bands: Vec<Band>,
+    /// Points with a mark, above the lines.
+    pub marks: Vec<Mark>,
+    /// Whether the vertical axis begins at 0, so that small changes of a large value look small.
+    pub from_zero: bool,
     /// Whether a unit has the same length on both axes.
     pub is_map: bool,
     /// What the numbers along the horizontal axis mean.
@@ -79,6 +126,9 @@ impl Chart {
         // The axis spans at least a fifth of the largest value. On a closer view, rounding noise would look like a
         // signal.
         y = y.padded(0.06, 0.2 * y.low.abs().max(y.high.abs()));
+        if self.from_zero {
+            y.low = 0.0;
+        }
         let mut height = HEIGHT;
         if self.is_map {
             x = x.padded(0.02, 10.0);
@@ -94,6 +144,11 @@ impl Chart {
         })
     }
 
+    /// The points of `line` that are drawn.
+    pub(crate) fn drawn_points(&self, line: &Curve) -> Vec<Option<(f64, f64)>> {
+        thinned(&line.points, self.detail.max(MIN_DETAIL))
+    }
+
     /// The height, in pixels, that makes a unit as long on both axes and leaves room for the legend.
     fn map_height(&self, x: Extent, y: Extent) -> u32 {
         let width = f64::from(WIDTH - LEGEND - AXES.0);
@@ -102,7 +157,7 @@ impl Chart {
     }
 
     /// The first line of each name.
-    fn legend(&self) -> Vec<&Curve> {
+    pub(crate) fn legend(&self) -> Vec<&Curve> {
         let mut named: Vec<&Curve> = Vec::new();
         for line in self.lines.iter().filter(|line| !line.name.is_empty()) {
             if named.iter().all(|other| other.name != line.name) {
@@ -130,10 +185,16 @@ impl Chart {
             .bold_line_style(RGBColor(0xe2, 0xe2, 0xe2).stroke_width(SCALE))
             .light_line_style(TRANSPARENT)
             .draw()?;
+        for band in &self.bands {
+            draw_band(&mut chart, band, x, y)?;
+        }
         for line in &self.lines {
-            for stretch in stretches(&thinned(&line.points, self.detail.max(MIN_DETAIL))) {
+            for stretch in stretches(&self.drawn_points(line)) {
                 draw_stretch(&mut chart, line, stretch)?;
             }
+        }
+        for mark in &self.marks {
+            draw_mark(&mut chart, mark)?;
         }
         Ok(())
     }
@@ -169,6 +230,51 @@ fn draw_stretch(plot: &mut PlotContext, line: &Curve, points: Vec<(f64, f64)>) -
         }
     }
     Ok(())
+}
+
+/// Shades `band` from the bottom to the top of the plot.
+fn draw_band(plot: &mut PlotContext, band: &Band, x: Extent, y: Extent) -> Result<(), DrawingError> {
+    let (from, to) = (band.from.max(x.low), band.to.min(x.high));
+    // A band outside the axis would be drawn over the margins.
+    if from < to {
+        let corners = [(from, y.low), (to, y.high)];
+        plot.draw_series(std::iter::once(Rectangle::new(corners, band.colour.mix(SHADE).filled())))?;
+    }
+    Ok(())
+}
+
+/// Draws the symbol of `mark`, and its text to the right.
+fn draw_mark(plot: &mut PlotContext, mark: &Mark) -> Result<(), DrawingError> {
+    let style = mark.colour.stroke_width(2 * SCALE);
+    let path = |points: Vec<(i32, i32)>| EmptyElement::at(mark.at) + PathElement::new(points, style);
+    match mark.symbol {
+        Symbol::Text => {}
+        Symbol::Arrow(heading_rad) => {
+            plot.draw_series(std::iter::once(path(arrow(heading_rad))))?;
+        }
+        Symbol::Cross => {
+            let half = units(5);
+            plot.draw_series([
+                path(vec![(-half, -half), (half, half)]),
+                path(vec![(-half, half), (half, -half)]),
+            ])?;
+        }
+    }
+    let font = ("sans-serif", FONT_SIZE * SCALE).into_font().color(&mark.colour);
+    let text = Text::new(mark.text.clone(), (units(7), -units(14)), font);
+    plot.draw_series(std::iter::once(EmptyElement::at(mark.at) + text))?;
+    Ok(())
+}
+
+/// The outline of an arrow's head, in canvas units relative to its tip.
+fn arrow(heading_rad: f64) -> Vec<(i32, i32)> {
+    let corner = |turn: f64| {
+        // Canvas units grow downwards.
+        let (sin, cos) = (heading_rad + turn).sin_cos();
+        let length = f64::from(units(8));
+        ((length * cos) as i32, (-length * sin) as i32)
+    };
+    vec![corner(ARROW_RAD), (0, 0), corner(-ARROW_RAD)]
 }
 
 /// Draws a short sample of a line into the legend.

@@ -2,11 +2,22 @@
 //!
 //! Must never put text into a page without escaping it.
 
-const STYLE: &str = "body{font:15px/1.5 system-ui,sans-serif;color:#222;max-width:1000px;margin:2em auto;padding:0 1em}\
-pre{font:13px/1.45 ui-monospace,monospace;background:#f6f6f4;padding:1em;overflow-x:auto;border-radius:6px}\
-figure{margin:2.2em 0;border-top:1px solid #ddd;padding-top:.6em}figcaption{color:#555}h2{font-size:1.15em;margin:.3em 0}\
-svg{max-width:100%;height:auto}table{border-collapse:collapse;font-size:13px}td{padding:.15em .9em .15em 0;vertical-align:top}\
-.number{text-align:right;white-space:nowrap}a{color:#0072b2}";
+use crate::interactive::plotly_script;
+use serde_json::{Map, Value, json};
+
+const STYLE: &str = include_str!("page.css");
+/// Draws the figures with Plotly.
+const DRAW: &str = include_str!("page.js");
+
+/// A figure of an interactive page.
+pub struct PageFigure {
+    /// Its place in the page is the element `plot-` followed by this id.
+    pub id: String,
+    /// In Plotly's format, with `data` and `layout`.
+    pub figure: Value,
+    /// Whether its horizontal axis is the time, which all such figures of a page share.
+    pub is_over_time: bool,
+}
 
 /// A complete page. `title` is plain text; `body` is HTML.
 #[must_use]
@@ -25,6 +36,22 @@ pub fn page_with_style(title: &str, style: &str, body: &str) -> String {
     )
 }
 
+/// A complete page whose `body` has places for `figures`: elements of class `plot`.
+#[must_use]
+pub fn interactive_page(title: &str, body: &str, figures: Vec<PageFigure>) -> String {
+    let figures = figures.into_iter().map(|PageFigure { id, figure, is_over_time }| {
+        (id, json!({ "figure": figure, "linked": is_over_time }))
+    });
+    let figures = Value::from(figures.collect::<Map<_, _>>()).to_string();
+    // JSON allows an escaped slash, and HTML ends a script at the first `</script`.
+    let figures = figures.replace("</", "<\\/");
+    let scripts = format!(
+        "<script type=\"application/json\" id=\"figures\">{figures}</script>\n{}\n<script>{DRAW}</script>",
+        plotly_script()
+    );
+    page(title, &format!("{body}{scripts}"))
+}
+
 /// `text` with every character replaced that has a meaning in HTML.
 #[must_use]
 pub fn escaped(text: &str) -> String {
@@ -39,11 +66,15 @@ mod tests {
     #[test]
     fn the_style_spells_properties_as_css_does() {
         assert!(STYLE.contains("color:") && !STYLE.contains("colour"));
+        assert_eq!(STYLE.matches('{').count(), STYLE.matches('}').count());
     }
 
     #[test]
     fn text_never_becomes_markup() {
         assert_eq!(escaped("<b> & \"q\""), "&lt;b&gt; &amp; &quot;q&quot;");
         assert!(page("a < b", "").contains("<title>ringwing: a &lt; b</title>"));
+        let figure = PageFigure { id: "f".into(), figure: json!("</script>"), is_over_time: true };
+        let page = interactive_page("t", "", vec![figure]);
+        assert!(page.contains(r#"{"f":{"figure":"<\/script>","linked":true}}"#));
     }
 }

@@ -39,7 +39,7 @@ impl Scale {
     }
 
     /// The label of the tick at `value`.
-    fn label(self, value: f64) -> String {
+    pub(crate) fn label(self, value: f64) -> String {
         let is_whole = (value - value.round()).abs() < 1e-6;
         match self {
             Self::Linear => short(value),

@@ -5,7 +5,7 @@
 //!   account of a finished flight, with the [`latency`] of its ticks.
 //! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, and [`ring`] that of the UAVs still
 //!   alive.
-//! - [`draw`] makes all seeded draws.
+//! - [`draw`] makes all seeded draws, and [`counted`] writes numbers of things.
 //!
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
 //! inputs.
@@ -23,6 +23,7 @@ pub mod payload;
 pub mod process_state;
 pub mod report;
 pub mod ring;
+mod wording;
 
 pub use event::{
     AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, Reporter, TimedEvent,
@@ -40,3 +41,4 @@ pub use payload::{
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
 pub use ring::{LivingRing, OnLoss, Slot};
+pub use wording::counted;

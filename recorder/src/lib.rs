@@ -29,6 +29,6 @@ pub use log::gap::Gap;
 pub use metrics::{FlightSummary, Metrics, judge};
 pub use process::{
     RecorderArgs,
-    recording::{RecorderReport, Recording},
+    recording::{ADDED_FAULTS, RecorderReport, Recording},
     run,
 };

@@ -9,6 +9,7 @@
 mod agreement;
 mod chance;
 mod coherence;
+mod fault_effects;
 mod frame;
 mod hold;
 mod links;
@@ -23,6 +24,7 @@ mod verdict;
 
 pub use chance::{ChanceEvent, UnplannedLoss};
 pub use coherence::Coherence;
+pub use fault_effects::{FaultEffects, IdleFault};
 pub use frame::{AirframeSample, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
 pub use links::LinkTotals;
 pub use pairs::{Pairs, UavPair};
@@ -33,6 +35,7 @@ pub use verdict::{Verdict, judge};
 
 use agreement::AgreementWatch;
 use chance::ChanceWatch;
+use fault_effects::EffectWatch;
 use hold::Wholeness;
 use links::LinkTally;
 use lyapunov::LyapunovWatch;
@@ -81,6 +84,7 @@ pub struct Metrics {
     moment: Moment,
     settling: Settling,
     recovery: RecoveryWatch,
+    effects: EffectWatch,
     chance: ChanceWatch,
     /// Disturbances whose tick has not come yet.
     disturbances: Vec<TimedEvent>,
@@ -123,6 +127,7 @@ impl Metrics {
             settling: Settling::new(scenario.time.rate_hz),
             recovery: RecoveryWatch::new(scenario.time.rate_hz),
             chance: ChanceWatch::new(scenario),
+            effects: EffectWatch::new(scenario),
             disturbances: Vec::new(),
             agreement: AgreementWatch::default(),
             closest: ClosestSoFar::default(),
@@ -140,6 +145,7 @@ impl Metrics {
 
     /// Takes an event. It counts from its own tick on, whether it comes before or after the frame of that tick.
     pub fn on_event(&mut self, event: &TimedEvent) {
+        self.effects.on_event(event);
         self.chance.on_event(event);
         if !event.event.is_disturbance() {
             return;
@@ -187,6 +193,7 @@ impl Metrics {
             self.commands.observe(control);
         }
         frame.links.iter().for_each(|counts| self.links.observe(counts));
+        self.effects.observe(frame);
     }
 
     /// Notes the position, speed and turn rate of every airframe in the sky.
@@ -265,6 +272,7 @@ impl Metrics {
             chance_events: self.chance.chances(),
             chance_event_list: self.chance.listed_chances(),
             broke_lockstep: self.chance.broke_lockstep(),
+            fault_effects: self.effects.effects(&self.links.totals()),
             ticks: self.ticks,
             ticks_lost: self.lost,
             last_tick: self.last_tick(),

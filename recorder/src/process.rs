@@ -13,7 +13,7 @@ use ports::RecorderPorts;
 use recording::Recording;
 use ringwing_bus::{Gate, Member, MemberArgs, report};
 use ringwing_flight::{FormationError, Part, Tick, WorldReport};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario};
 use std::{path::PathBuf, time::Duration};
 
 /// Records the flight of a run to one MCAP file, and measures it.
@@ -53,7 +53,12 @@ pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
     let opening = Opening { scenario, text: &text, timing, started_at };
     // Subscribe first: the flight may go on while a log is taken over.
     let ports = RecorderPorts::open(&member, &opening)?;
-    let begun = has_begun(&member.domain().gate()?);
+    let gate = member.domain().gate()?;
+    let begun = has_begun(&gate);
+    // What was sent before the ports were open never comes, and in lockstep the world would wait for it.
+    if let Some(open) = gate.tick() {
+        gate.set_recorded(open);
+    }
     let mut recording_loop =
         RecordingLoop::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
     let gate = member.announce_ready()?;
@@ -147,6 +152,8 @@ impl RecordingLoop {
 
     fn finish(&mut self, member: &Member) -> Result<(), RecorderError> {
         let world = member.domain().report::<WorldReport>(report::WORLD)?;
+        let added = member.domain().report::<Vec<Fault>>(report::FAULTS)?;
+        self.recording.set_added_faults(added.unwrap_or_default());
         self.recording.finish(world.as_ref())
     }
 }

@@ -10,6 +10,7 @@
 
 mod event_text;
 pub mod fault;
+mod fault_check;
 mod key;
 pub mod model;
 pub mod preset;
@@ -26,5 +27,5 @@ pub use model::{
     Wake,
 };
 pub use preset::Preset;
-pub use read::{Place, Problem, ScenarioError, Setting, Source};
+pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, keys};
 pub use validate::{PAYLOAD_MAX_BYTES, UAVS_MAX, UAVS_MIN};

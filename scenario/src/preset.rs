@@ -25,24 +25,15 @@ macro_rules! preset {
 
 /// In the order in which `scenario list` shows them.
 static PRESETS: [Preset; 9] = [
-    preset!(
-        "paper-4.1",
-        "six UAVs form the standard formation in free sky and keep it (Section 4.1 of the paper)"
-    ),
-    preset!(
-        "paper-4.2",
-        "six UAVs form the standard formation and fly past two obstacles (Section 4.2 of the paper)"
-    ),
+    preset!("paper-4.1", "six UAVs form the ring in free sky and keep it (Section 4.1)"),
+    preset!("paper-4.2", "six UAVs form the ring and fly past two obstacles (Section 4.2)"),
     preset!("dropout", "one UAV drops out for good, and the ring closes"),
     preset!("dropout-return", "two UAVs drop out one after the other, and both come back"),
-    preset!("delay", "everything that ring neighbours send each other arrives half a second late"),
-    preset!(
-        "lossy",
-        "once the ring has formed, links lose samples singly and in bursts, repeat and reorder them"
-    ),
-    preset!("partition", "the swarm splits into two halves that cannot hear each other, then reunites"),
+    preset!("delay", "what ring neighbours send each other arrives half a second late"),
+    preset!("lossy", "links lose samples singly and in bursts, repeat and reorder them"),
+    preset!("partition", "two halves of the swarm cannot hear each other, then reunite"),
     preset!("leader-loss", "the leader is gone for 20 s and comes back"),
-    preset!("storm", "everything at once for half a minute: kills, freezes, loss, delay, a partition"),
+    preset!("storm", "half a minute of kills, freezes, loss, delay and a partition"),
 ];
 
 /// All presets, in the order in which to list them.

@@ -172,15 +172,16 @@ impl Dice {
     }
 
     fn links(&mut self, uavs: u32) -> Links {
-        let pair = self.0.choose(2, uavs);
-        match self.whole(1..=8) {
+        let (one, other) = self.pair(uavs);
+        match self.whole(1..=9) {
             1 => Links::All,
             2 => Links::From(Sender::All, Receiver::All),
-            3 => Links::From(Sender::Leader, self.receiver(pair[0])),
-            4 => Links::From(Sender::Own, self.receiver(pair[0])),
-            5 => Links::From(Sender::Uav(pair[0]), Receiver::Uav(pair[1])),
-            6 => Links::Between(pair[0], pair[1]),
-            7 => Links::Isolate(pair[0]),
+            3 => Links::From(Sender::Leader, self.receiver(one)),
+            4..=5 => Links::From(Sender::Own, self.receiver(one)),
+            6 => Links::From(Sender::Uav(one), Receiver::Uav(other)),
+            // The grammar writes the lower number first.
+            7 => Links::Between(one.min(other), one.max(other)),
+            8 => Links::Isolate(one),
             _ => {
                 // Each of the two groups has at least one UAV.
                 let cut = self.whole(1..=uavs - 1);
@@ -189,13 +190,23 @@ impl Dice {
         }
     }
 
+    /// Two different UAVs in either order. Half of the pairs are ring neighbours, because hardly any others listen to each
+    /// other.
+    fn pair(&mut self, uavs: u32) -> (u32, u32) {
+        let drawn = self.0.choose(2, uavs);
+        // The drawn ones are in order, and the last UAV is a neighbour of the first.
+        let (one, other) =
+            if self.one_in(2) { (drawn[1], drawn[1] % uavs + 1) } else { (drawn[0], drawn[1]) };
+        if self.one_in(2) { (one, other) } else { (other, one) }
+    }
+
     /// All agents, or that of `uav`.
     fn receiver(&mut self, uav: u32) -> Receiver {
         if self.one_in(2) { Receiver::All } else { Receiver::Uav(uav) }
     }
 
     fn impairment(&mut self) -> LinkImpairment {
-        match self.whole(1..=13) {
+        match self.whole(1..=16) {
             1..=3 => LinkImpairment::Delay(self.delay()),
             4 => LinkImpairment::Loss(self.number(0.05, 0.9)),
             5 => LinkImpairment::Gilbert {
@@ -214,6 +225,13 @@ impl Dice {
                 y_m: self.number(-5.0, 5.0),
                 heading_rad: self.number(-0.2, 0.2),
             },
+            13 => LinkImpairment::GilbertBurst {
+                loss: self.number(0.01, 0.5),
+                // One tick at 50 Hz is 20 ms; validation refuses shorter bursts.
+                burst_s: self.number(0.02, 0.5),
+            },
+            14 => LinkImpairment::Corrupt(self.number(0.05, 0.9)),
+            15 => LinkImpairment::Rate { samples_per_s: self.number(1.0, 60.0), queue: self.whole(1..=20) },
             _ => LinkImpairment::Noise {
                 position_m: self.number(0.0, 3.0),
                 heading_rad: self.number(0.0, 0.1),
@@ -292,9 +310,28 @@ mod tests {
             "stuck",
             "bias",
             "noise",
+            "burst",
+            "corrupt",
+            "rate",
         ] {
             assert!(words.contains(word), "no {word}");
         }
+    }
+
+    #[test]
+    fn single_links_lead_up_and_down_and_round_the_end_of_the_ring() {
+        let (mut up, mut down, mut wrapped) = (0, 0, 0);
+        for scenario in SEEDS.map(scenario) {
+            for Fault { action, .. } in &scenario.faults {
+                let Action::Link { links: Links::From(Sender::Uav(from), Receiver::Uav(to)), .. } = action
+                else {
+                    continue;
+                };
+                *if from < to { &mut up } else { &mut down } += 1;
+                wrapped += u32::from(from.abs_diff(*to) == scenario.formation.uavs - 1);
+            }
+        }
+        assert!(up > 10 && down > 10 && wrapped > 0, "{up} up, {down} down, {wrapped} round the end");
     }
 
     #[test]

@@ -10,13 +10,13 @@ use std::{collections::BTreeSet, thread};
 const SEEDS: std::ops::Range<u64> = 0..300;
 
 fn assert_balanced(seed: u64, counts: &LinkCounts) {
-    let LinkCounts { offered, delivered, lost, duplicated, in_flight, .. } = *counts;
-    assert_eq!(offered + duplicated, delivered + lost + in_flight, "seed {seed}: {counts:?}");
+    let LinkCounts { offered, delivered, lost, corrupted, duplicated, in_flight, .. } = *counts;
+    assert_eq!(offered + duplicated, delivered + lost + corrupted + in_flight, "seed {seed}: {counts:?}");
 }
 
 fn assert_totals_balanced(seed: u64, totals: &LinkTotals) {
-    let LinkTotals { offered, delivered, lost, duplicated, in_flight, .. } = *totals;
-    assert_eq!(offered + duplicated, delivered + lost + in_flight, "seed {seed}: {totals:?}");
+    let LinkTotals { offered, delivered, lost, corrupted, duplicated, in_flight, .. } = *totals;
+    assert_eq!(offered + duplicated, delivered + lost + corrupted + in_flight, "seed {seed}: {totals:?}");
 }
 
 /// Flies `scenario` step by step and checks what holds in every tick.
@@ -73,6 +73,37 @@ fn the_same_random_scenario_gives_the_same_flight_and_every_kind_of_event_occurs
         "violated",
     ];
     assert_eq!(occurred, expected.into());
+}
+
+/// The impairments that leave an agent without senses for longest.
+const OWN_SENSE_FAULTS: [&str; 8] = [
+    "link own->3 blackout for 1.2 s",
+    "link own->all blackout for 1.2 s",
+    "link own->3 delay 1.5 s",
+    "link own->all hold for 2 s",
+    "link own->all gilbert loss 60 % burst 800 ms",
+    "link own->3 gilbert 5 % 1 %",
+    "link own->all rate 0.7 samples/s queue 1",
+    "link own->2 corrupt 99 %",
+];
+
+#[test]
+fn random_flights_whose_agents_lose_their_own_senses_repeat() {
+    let mut silent = 0;
+    for seed in 0..25_u64 {
+        for fault in OWN_SENSE_FAULTS {
+            let mut scenario = random::scenario(seed);
+            scenario.time.duration_s = 5.0;
+            let at_s = 0.5 + (seed as f64) / 50.0;
+            let sentence = format!("at {at_s} s {fault}");
+            scenario.faults.push(sentence.parse().expect("a fault"));
+            let [one, other] = [(); 2].map(|()| fly(&scenario).expect("room for all"));
+            assert_eq!(one.report, other.report, "seed {seed}: {sentence}");
+            assert_eq!(one.summary, other.summary, "seed {seed}: {sentence}");
+            silent += usize::from(one.report.is_some_and(|report| report.failsafes > 0));
+        }
+    }
+    assert!(silent > 100, "only {silent} of 200 flights had an airframe in its failsafe");
 }
 
 #[test]

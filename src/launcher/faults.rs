@@ -20,16 +20,20 @@ const LIST: &str = "list";
 impl Supervisor<'_> {
     /// Applies the faults that are due, as far as that is possible at this moment.
     pub(super) fn apply_faults(&mut self) -> Result<(), LaunchError> {
-        self.log_announcements()?;
+        self.log_announcements(self.gate.tick())?;
         self.janitor.on_tick(self.gate.tick(), self.gate.recorded());
         let Some(now) = self.fault_tick() else { return Ok(()) };
         self.decide_requests(now)?;
+        // In lockstep before the tick is released, so that the log has them in their own tick.
+        self.log_announcements(Some(now))?;
         // One batch at a time. While a batch has not taken effect, return, and come back after the next notice.
         while let Some(events) = self.finish_batch() {
             events.into_iter().try_for_each(|event| self.log_event_at(now, event))?;
             let processes = &self.processes;
             let is_refused = |part, action| processes.get(part).refusal(action).is_some();
             let batch = self.faults.take_batch(now, is_refused);
+            let late = self.faults.take_late();
+            late.into_iter().try_for_each(|event| self.log_event_at(now, event))?;
             if batch.is_empty() {
                 return self.release(now);
             }
@@ -83,8 +87,9 @@ impl Supervisor<'_> {
         }
     }
 
-    fn log_announcements(&mut self) -> Result<(), LaunchError> {
-        let Some(now) = self.gate.tick() else { return Ok(()) };
+    /// Logs what is announced for the ticks up to `now`.
+    fn log_announcements(&mut self, now: Option<Tick>) -> Result<(), LaunchError> {
+        let Some(now) = now else { return Ok(()) };
         for Announcement { event, is_live } in self.faults.take_announcements(now) {
             if is_live {
                 self.log_event_at(event.tick, event.event)?;

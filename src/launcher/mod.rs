@@ -29,7 +29,7 @@ use ringwing_bus::{
 };
 use ringwing_flight::{Part, WorldReport};
 use ringwing_recorder::RecorderReport;
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario};
 use std::{
     collections::BTreeSet,
     fs, io,
@@ -92,6 +92,8 @@ pub(crate) struct Outcome {
     pub(crate) recorder: Option<RecorderReport>,
     /// Why the run failed, if it did.
     pub(crate) failures: Vec<String>,
+    /// The faults that were asked for during the flight.
+    pub(crate) added_faults: Vec<Fault>,
     /// The last tick flown.
     pub(crate) ticks: i64,
     /// Wall-clock time from the first tick to the last.

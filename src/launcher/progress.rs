@@ -2,16 +2,16 @@
 //!
 //! Must never stop a run because stderr is closed.
 
+use crate::output;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_flight::{FormationError, Level, Tick, TimedEvent, real_time_factor};
+use ringwing_flight::{Event, FormationError, Level, Tick, TimedEvent, counted, real_time_factor};
 use ringwing_scenario::Scenario;
-use std::{
-    io::{self, Write},
-    time::Instant,
-};
+use std::{io, time::Instant};
 
 /// How often the line is drawn. More often flickers and costs the flight processor time; less often looks like a stall.
 const DRAWS_PER_S: u8 = 10;
+/// Narrowest terminal with a bar in the progress line. On a narrower one, the bar would leave no place for the text.
+const BAR_COLUMNS_MIN: usize = 60;
 
 /// The progress line, and the lines above it.
 pub(crate) struct Progress<'a> {
@@ -34,7 +34,9 @@ impl<'a> Progress<'a> {
             ProgressDrawTarget::stderr_with_hz(DRAWS_PER_S)
         };
         let bar = ProgressBar::with_draw_target(Some(scenario.last_tick().cast_unsigned()), target);
-        let style = ProgressStyle::with_template("{bar:24} {msg}");
+        // The text is cut at the edge of the terminal: a line that wraps could not be removed.
+        let has_bar = output::columns(&io::stderr()) >= BAR_COLUMNS_MIN;
+        let style = ProgressStyle::with_template(if has_bar { "{bar:24} {wide_msg}" } else { "{wide_msg}" });
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         Self { scenario, bar, is_quiet, begin: None, last_tick: Tick(0), formation: None, events: 0 }
     }
@@ -42,21 +44,30 @@ impl<'a> Progress<'a> {
     /// Prints `line` above the progress line.
     pub(crate) fn print(&self, line: &str) {
         if !self.is_quiet {
-            // The flight goes on even if stderr is closed.
-            self.bar.suspend(|| drop(writeln!(io::stderr(), "ringwing: {line}")));
+            self.bar.suspend(|| output::note(&format!("ringwing: {line}")));
+        }
+    }
+
+    /// Prints a warning above the progress line.
+    pub(super) fn print_warning(&self, text: &str) {
+        if !self.is_quiet {
+            self.bar.suspend(|| output::warning(&text));
+        }
+    }
+
+    /// Prints an error above the progress line; the flight goes on.
+    pub(super) fn print_error(&self, text: &str) {
+        if !self.is_quiet {
+            self.bar.suspend(|| output::error(&text));
         }
     }
 
     /// Prints an event.
     pub(crate) fn print_event(&mut self, TimedEvent { tick, event }: &TimedEvent) {
         self.events += 1;
-        let level = match event.level() {
-            Level::Info => "info",
-            Level::Warning => "warning",
-            Level::Error => "error",
-        };
         let (time_s, text) = (tick.seconds(self.scenario.time.rate_hz), self.scenario.event_text(event));
-        self.print(&format!("{time_s:8.2} s  {level}: {text}"));
+        let head = head(event, output::is_coloured(&io::stderr()));
+        self.print(&format!("{time_s:8.2} s  {head}: {text}"));
     }
 
     /// Shows this formation error from the next update on.
@@ -72,9 +83,9 @@ impl<'a> Progress<'a> {
         let (begin, begun_s) = *self.begin.get_or_insert_with(|| (Instant::now(), flown_s));
         let factor = real_time_factor(flown_s - begun_s, begin.elapsed().as_secs_f64());
         let pace = factor.map_or_else(String::new, |factor| format!(" at {factor:.0}x"));
-        let (formation, events) = (self.formation_text(), self.events);
+        let (formation, events) = (self.formation_text(), counted(self.events, "event"));
         self.bar.set_position(self.last_tick.0.cast_unsigned());
-        self.bar.set_message(format!("{flown_s:.1} s{pace}, {formation}, {events} events"));
+        self.bar.set_message(format!("{flown_s:.1} s{pace}, {formation}, {events}"));
     }
 
     fn formation_text(&self) -> String {
@@ -105,9 +116,30 @@ fn formation_text(formation: &FormationError, uavs: u32) -> String {
     format!("{commanded} of {uavs} on command, {error}")
 }
 
+/// What comes before the text of an event: how bad it is, and its kind, such as `error: collision`.
+fn head(event: &Event, is_coloured: bool) -> String {
+    let kind = kind(event.name());
+    match event.level() {
+        Level::Info => kind.into(),
+        Level::Warning => format!("{}: {kind}", output::painted(output::DOUBTFUL, "warning", is_coloured)),
+        Level::Error => format!("{}: {kind}", output::painted(output::BAD, "error", is_coloured)),
+    }
+}
+
+/// The kind of an event in a word, from its name in the log: `process` for `process.lost`.
+fn kind(name: &'static str) -> &'static str {
+    match name.split_once('.') {
+        Some(("fault", what @ ("healed" | "refused" | "requested" | "overdue"))) => what,
+        // What happened to the process, or which fault it is, follows in the text.
+        Some((subject, _)) => subject,
+        None => name,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ringwing_flight::{Collider, Part, ProcessAction, UavId};
 
     #[test]
     fn the_line_says_who_flies_on_command_and_how_far_they_are_from_their_slots() {
@@ -115,5 +147,21 @@ mod tests {
         assert_eq!(formation_text(&formation, 6), "6 of 6 on command, largest slot error 79.00 m");
         let nobody = FormationError { slot_error_max_m: 0.0, commanded: 0, measured: 0, ..formation };
         assert_eq!(formation_text(&nobody, 6), "0 of 6 on command, slot error unknown");
+    }
+
+    #[test]
+    fn an_event_on_the_terminal_names_its_kind_and_how_bad_it_is() {
+        let uav = UavId(3);
+        let collision = Event::Collision { uav, with: Collider::Uav(UavId(5)), position_m: [0.0, 0.0] };
+        let kill = Event::ProcessFault {
+            part: Part::Agent(uav),
+            action: ProcessAction::Stop,
+            sentence: "stop uav 3".into(),
+        };
+        let link = Event::LinkFault { sentence: "link all hold".into() };
+        let healed = Event::FaultHealed { sentence: "link all hold".into() };
+        let ready = Event::ProcessReady { part: Part::Leader };
+        let heads = [collision, kill, link, healed, ready].map(|event| head(&event, false));
+        assert_eq!(heads, ["error: collision", "warning: fault", "fault", "healed", "process"]);
     }
 }

@@ -183,7 +183,7 @@ impl<'a> Supervisor<'a> {
         let (mut patience, mut is_late) = (Patience::of(limit), false);
         while !self.processes.living().is_empty() {
             for part in self.processes.frozen() {
-                self.progress.print(&format!("{part} was still frozen at the end; killed"));
+                self.progress.print_warning(&format!("{part} was still frozen at the end; killed"));
                 self.report(part, Input::Killed)?;
             }
             if patience.is_over() && !is_late {
@@ -300,12 +300,15 @@ impl<'a> Supervisor<'a> {
                 self.report(part, Input::Spawned { pid })?;
             }
             Effect::Watch { pid } => self.inbox.watch_stranger(pid)?,
-            Effect::CleanUp { is_planned: true } => self.janitor.clean_later(self.gate.tick()),
-            Effect::CleanUp { is_planned: false } => self.janitor.clean(),
+            // A recorder leaves nothing to read, and its successor needs its places at the services.
+            Effect::CleanUp { is_planned: true } if part != Part::Recorder => {
+                self.janitor.clean_later(self.gate.tick());
+            }
+            Effect::CleanUp { .. } => self.janitor.clean(),
             Effect::PublishRoster => self.publish_roster()?,
             Effect::EndRun(why) => self.failures.push(why),
             Effect::FailAtEnd(why) => {
-                self.progress.print(&why);
+                self.progress.print_error(&why);
                 self.late_failures.push(why);
             }
         }
@@ -365,6 +368,7 @@ impl<'a> Supervisor<'a> {
         }
         Ok(Outcome {
             folder: self.folder.clone(),
+            added_faults: self.faults.added().to_vec(),
             recorder: self.domain.report(report::RECORDER)?,
             ticks: world.as_ref().map_or_else(|| self.progress.last_tick().0, |world| world.last_tick),
             world,

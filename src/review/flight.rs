@@ -2,6 +2,7 @@
 //!
 //! Never uses anything but the log: the same file gives the same numbers on every machine.
 
+use super::periods::Periods;
 use crate::summary::{LogFindings, LoggedWorld, Summary};
 use ringwing_flight::{Collision, Event, Latency, LatencyTally, TickTiming, TimedEvent};
 use ringwing_recorder::{
@@ -31,11 +32,14 @@ pub(crate) struct UavColumns {
     pub(crate) next_distance_m: Column,
     pub(crate) leader_distance_m: Column,
     pub(crate) slot_error_m: Column,
+    pub(crate) heading_rad: Column,
     pub(crate) speed_m_s: Column,
     pub(crate) turn_rate_rad_s: Column,
     pub(crate) repulsion_m: Column,
     /// Age of the oldest data that its agent used.
     pub(crate) age_s: Column,
+    /// Whether its agent flies it, and not its failsafe.
+    pub(crate) commanded: Vec<bool>,
 }
 
 /// An event of the flight as figures and tables show it.
@@ -45,6 +49,8 @@ pub(crate) struct ShownEvent {
     /// The kind, such as `collision`.
     pub(crate) name: String,
     pub(crate) text: String,
+    /// Where a collision happened.
+    pub(crate) position_m: Option<[f64; 2]>,
 }
 
 /// A whole flight. All columns are as long as `times_s`: they hold the ticks in which the log has any UAV.
@@ -66,6 +72,11 @@ pub(crate) struct LoggedFlight {
     pub(crate) lyapunov_m2: Column,
     pub(crate) round_trip_us: Column,
     pub(crate) events: Vec<ShownEvent>,
+    /// The distances that the ring flown has: L and R, until it closes after a loss.
+    pub(crate) ring_spacing_m: Column,
+    pub(crate) ring_radius_m: Column,
+    /// When something was wrong, and when UAVs passed obstacles.
+    pub(crate) periods: Periods,
 }
 
 impl LoggedFlight {
@@ -79,6 +90,7 @@ impl LoggedFlight {
             meter.observe(&tick);
             flight.take(&tick, &meter);
         }
+        flight.periods.end();
         let Shortfalls { problems, notes } = reader.shortfalls(&flight.scenario);
         flight.notes = notes.into_iter().chain(meter.note()).collect();
         let findings = meter.findings(&reader, &flight, problems);
@@ -102,6 +114,9 @@ impl LoggedFlight {
             lyapunov_m2: Vec::new(),
             round_trip_us: Vec::new(),
             events: Vec::new(),
+            ring_spacing_m: Vec::new(),
+            ring_radius_m: Vec::new(),
+            periods: Periods::default(),
         }
     }
 
@@ -112,9 +127,16 @@ impl LoggedFlight {
             time_s,
             name: timed.event.name().into(),
             text: self.scenario.event_text(&timed.event),
+            position_m: match timed.event {
+                Event::Collision { position_m, .. } => Some(position_m),
+                _ => None,
+            },
         };
         // Do this first: a tick without UAVs can have events.
         self.events.extend(tick.events.iter().map(event));
+        for timed in &tick.events {
+            self.periods.on_event(time_s, &timed.event);
+        }
         if !tick.has_uavs() {
             return;
         }
@@ -123,6 +145,9 @@ impl LoggedFlight {
         for (columns, uav) in self.uavs.iter_mut().zip(&tick.frame.uavs) {
             columns.take(uav);
         }
+        self.periods.observe(time_s, &tick.frame, &self.scenario.obstacles);
+        self.ring_spacing_m.push(tick.frame.ring.spacing_m());
+        self.ring_radius_m.push(tick.frame.ring.radius_m());
         self.leader_x_m.push(tick.leader.map(|leader| leader.x));
         self.leader_y_m.push(tick.leader.map(|leader| leader.y));
         self.round_trip_us.push(tick.timing.as_ref().map(|timing| timing.round_trip_us));
@@ -136,11 +161,15 @@ impl LoggedFlight {
 impl UavColumns {
     fn take(&mut self, uav: &UavFrame) {
         let (state, control) = (uav.state.as_ref(), uav.control.as_ref());
+        // A UAV in its failsafe flies away. Its distance from the formation would flatten the lines of all others.
+        let commanded = uav.commanded();
         self.x_m.push(state.map(|state| state.x_m));
         self.y_m.push(state.map(|state| state.y_m));
         self.next_distance_m.push(state.and_then(|state| state.next_distance_m));
-        self.leader_distance_m.push(state.and_then(|state| state.leader_distance_m));
-        self.slot_error_m.push(state.and_then(|state| state.slot_error_m));
+        self.leader_distance_m.push(commanded.and_then(|state| state.leader_distance_m));
+        self.slot_error_m.push(commanded.and_then(|state| state.slot_error_m));
+        self.heading_rad.push(state.map(|state| state.heading_rad));
+        self.commanded.push(commanded.is_some());
         self.speed_m_s.push(state.map(|state| state.speed_m_s));
         self.turn_rate_rad_s.push(state.map(|state| state.turn_rate_rad_s));
         self.repulsion_m.push(control.map(ControlTerms::repulsion_length_m));
@@ -309,7 +338,9 @@ fn logged_world(result: &BTreeMap<String, String>) -> LoggedWorld {
         payload_hash: logged(result, "payload_hash"),
         // Without any collision, the account does not name them.
         collisions: result.contains_key("world.payload_hash").then(|| {
-            (0..).take_while(|index| result.contains_key(&format!("world.collisions.{index}.time_s"))).count()
+            (0..u32::MAX)
+                .take_while(|index| result.contains_key(&format!("world.collisions.{index}.time_s")))
+                .count()
         }),
         failsafes: logged(result, "failsafes"),
         refused_commands: logged(result, "refused_commands"),

@@ -4,19 +4,22 @@
 
 mod figures;
 mod flight;
+mod overlay;
 mod page;
+mod periods;
 mod table;
 
 pub(crate) use flight::LoggedFlight;
 
 use crate::{
     log_argument::{self, LOG_HELP},
-    tell, warn_of,
+    output::{tell, warn_of},
+    summary::Verdict,
 };
-use page::DrawnFigure;
+use figures::FlightFigure;
 use ringwing_bus::write_whole;
 use std::{
-    fs,
+    fs, iter,
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -26,41 +29,56 @@ use std::{
 pub(crate) struct ReviewArgs {
     #[arg(help = LOG_HELP)]
     log: PathBuf,
+    /// Log of another run, to be drawn over the first one
+    other: Option<PathBuf>,
     /// Folder for the page, the figures and their data [default: `review` beside the log]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     /// Print the summary as JSON, and draw figures only if --out is given
-    #[arg(long)]
+    #[arg(long, conflicts_with = "other")]
     json: bool,
 }
 
-/// Prints the summary and draws the figures; the exit code is that of the flight.
+/// Prints the summary and draws the figures; the exit code is that of the flight, or of the worse one of two.
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
-    let flight = LoggedFlight::read(&log_argument::named(&args.log))?;
-    warn_of(&flight.path, &flight.notes);
-    let text = if args.json { flight.summary.to_json() } else { flight.summary.to_string() };
-    tell(text.trim_end());
-    let beside = || flight.path.with_file_name("review");
+    let flights = iter::once(&args.log)
+        .chain(&args.other)
+        .map(|log| LoggedFlight::read(&log_argument::named(log)))
+        .collect::<Result<Vec<_>, _>>()?;
+    for flight in &flights {
+        warn_of(&flight.path, &flight.notes);
+        let text = if args.json { flight.summary.to_json() } else { flight.summary.for_terminal() };
+        tell(text.trim_end());
+    }
+    let first = flights.first().map(|flight| flight.path.clone()).unwrap_or_default();
+    let beside = || first.with_file_name("review");
     let folder = args.out.clone().or_else(|| (!args.json).then(beside));
     if let Some(folder) = folder {
-        draw(&flight, &folder)?;
+        draw(&flights, &folder)?;
         if !args.json {
             tell(&format!("  figures  {}", folder.join("index.html").display()));
         }
     }
-    Ok(flight.summary.verdict.exit_code())
+    let worst = flights.iter().map(|flight| flight.summary.verdict).max().unwrap_or(Verdict::Failed);
+    Ok(worst.exit_code())
 }
 
-fn draw(flight: &LoggedFlight, folder: &Path) -> anyhow::Result<()> {
+fn draw(flights: &[LoggedFlight], folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
-    let mut drawn = Vec::new();
-    for figure in figures::all(flight) {
-        let svg = figure.chart.svg()?;
-        write(&folder.join(format!("{}.svg", figure.name)), &svg)?;
-        write(&folder.join(format!("{}.csv", figure.name)), figure.table.csv())?;
-        drawn.push(DrawnFigure { name: figure.name, title: figure.title, caption: figure.caption, svg });
+    let names: &[&str] = if flights.len() > 1 { &["A", "B"] } else { &[""] };
+    let mut figures: Vec<FlightFigure> = Vec::new();
+    for (name, flight) in names.iter().zip(flights) {
+        for figure in figures::all(flight) {
+            let suffix = if *name == "B" { ".b" } else { "" };
+            write(&folder.join(format!("{}{suffix}.csv", figure.name)), figure.table.csv())?;
+            overlay::add(&mut figures, figure, name);
+        }
     }
-    write(&folder.join("index.html"), &page::page(flight, &drawn))
+    for figure in &figures {
+        write(&folder.join(format!("{}.svg", figure.name)), &figure.chart.svg()?)?;
+    }
+    let named = names.iter().map(|name| (*name).to_owned()).zip(flights);
+    write(&folder.join("index.html"), &page::page(&named.collect::<Vec<_>>(), &figures))
 }
 
 fn write(path: &Path, text: &str) -> anyhow::Result<()> {

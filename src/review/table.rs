@@ -13,14 +13,23 @@ pub(super) struct Table {
 impl Table {
     /// A table of `columns` over time; a value that does not exist is an empty cell.
     pub(super) fn new(times_s: &Column, columns: impl Iterator<Item = (String, Column)>) -> Self {
+        Self::with("time_s", times_s, columns)
+    }
+
+    /// A table whose first column has the heading `first`.
+    pub(super) fn with(
+        first: &str,
+        leading: &Column,
+        columns: impl Iterator<Item = (String, Column)>,
+    ) -> Self {
         let (names, columns): (Vec<String>, Vec<Column>) = columns.unzip();
         // The headings come from this program and contain no commas, so they need no quotes.
-        let mut text = format!("time_s,{}\n", names.join(","));
-        for (tick, time_s) in times_s.iter().enumerate() {
-            push(&mut text, *time_s);
+        let mut text = format!("{first},{}\n", names.join(","));
+        for (row, value) in leading.iter().enumerate() {
+            push(&mut text, *value);
             for column in &columns {
                 text.push(',');
-                push(&mut text, column.get(tick).copied().flatten());
+                push(&mut text, column.get(row).copied().flatten());
             }
             text.push('\n');
         }
@@ -30,7 +39,7 @@ impl Table {
     /// A table of events.
     pub(super) fn of_events(events: &[ShownEvent]) -> Self {
         let mut text = "time_s,name,text\n".to_owned();
-        for ShownEvent { time_s, name, text: sentence } in events {
+        for ShownEvent { time_s, name, text: sentence, .. } in events {
             // Writing to a string cannot fail.
             let _ = writeln!(text, "{time_s},{},{}", quoted(name), quoted(sentence));
         }

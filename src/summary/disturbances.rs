@@ -2,7 +2,8 @@
 //!
 //! Never computes a value; each is in the flight's summary already.
 
-use super::line::{NOT_SEEN, line};
+use super::line::{NOT_SEEN, line, paragraph};
+use ringwing_flight::counted;
 use ringwing_recorder::metrics::{ChanceEvent, FaultRecovery, FlightSummary, UnplannedLoss};
 use std::fmt;
 
@@ -78,13 +79,8 @@ pub(super) fn write_chance(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -
         0 => String::new(),
         more => format!(", and {} by chance", counted(more, "more event")),
     };
-    writeln!(f, "           this flight is not repeatable: {what} at {time_s:.2} s{rest}")
-}
-
-/// A count with its noun, in the singular or the plural.
-fn counted(count: u64, noun: &str) -> String {
-    let plural = if count == 1 { "" } else { "s" };
-    format!("{count} {noun}{plural}")
+    let text = format!("this flight is not repeatable: {what} at {time_s:.2} s{rest}");
+    paragraph(f, "           ", &text)
 }
 
 #[cfg(test)]

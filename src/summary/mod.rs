@@ -3,6 +3,7 @@
 //! Never reports 0 for a value that does not exist: the value is null in the JSON and a dash in the text.
 
 mod disturbances;
+mod faults;
 mod line;
 mod text;
 
@@ -20,7 +21,8 @@ use serde::Serialize;
 use std::process::ExitCode;
 
 /// The verdict on a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// From the best to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Verdict {
     /// The run flew and met its requirements.

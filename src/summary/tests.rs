@@ -4,6 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 fn outcome(ticks: i64, flight_time: Duration, flight: FlightSummary) -> Outcome {
     Outcome {
+        added_faults: Vec::new(),
         folder: PathBuf::from("runs/test"),
         world: Some(WorldReport {
             last_tick: ticks,

@@ -5,11 +5,13 @@
 use super::{
     Summary, Verdict,
     disturbances::{write_chance, write_losses, write_recoveries},
-    line::{NOT_SEEN, line},
+    faults::effect_lines,
+    line::{NOT_SEEN, is_narrow, line, paragraph},
 };
-use ringwing_flight::Latency;
-use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary};
-use std::fmt;
+use crate::output;
+use ringwing_flight::{Latency, counted};
+use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary, UavSummary};
+use std::{fmt, io};
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
 const LISTED_UAVS: usize = 12;
@@ -17,16 +19,22 @@ const LISTED_UAVS: usize = 12;
 /// long for a terminal.
 const LISTED_REPELLED: usize = 6;
 
+/// `{:#}` is coloured, and `{:80}` fits a terminal of 80 columns.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mode = if self.real_time { "real time" } else { "lockstep" };
         let Self { scenario, uavs, rate_hz, seed, .. } = self;
-        writeln!(f, "{scenario}: {uavs} UAVs, {} law, {rate_hz} Hz, {mode}, seed {seed}\n", self.law.name())?;
+        let (swarm, law) = (counted(*uavs, "UAV"), self.law.name());
+        paragraph(f, "", &format!("{scenario}: {swarm}, {law} law, {rate_hz} Hz, {mode}, seed {seed}"))?;
+        writeln!(f)?;
         if let Some(flight) = &self.flight {
             write_uavs(f, flight)?;
             write_commanded(f, flight, *uavs)?;
             write_formation(f, flight)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
+            for [label, value, remark] in effect_lines(&flight.fault_effects) {
+                line(f, &label, &value, &remark)?;
+            }
             write_recoveries(f, flight)?;
             write_losses(f, flight)?;
             write_agreement(f, flight)?;
@@ -48,15 +56,28 @@ fn write_uavs(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result
     if flight.uavs.is_empty() || flight.uavs.len() > LISTED_UAVS {
         return Ok(());
     }
+    if is_narrow(f) {
+        flight.uavs.iter().try_for_each(|uav| write_uav_in_words(f, uav))?;
+        return writeln!(f);
+    }
     writeln!(f, "  at the end   slot error   to previous       to next     to leader")?;
     for uav in &flight.uavs {
         let distances =
             [uav.slot_error_m, uav.previous_distance_m, uav.next_distance_m, uav.leader_distance_m];
         let [slot, previous, next, leader] = distances.map(metres);
-        let state = if uav.commanded { "" } else { "   in its failsafe" };
+        let state = if uav.commanded { "" } else { "   failsafe" };
         writeln!(f, "  uav {:<6} {slot:>12} {previous:>13} {next:>13} {leader:>13}{state}", uav.uav)?;
     }
     writeln!(f)
+}
+
+/// Writes the row of a UAV for a terminal that is too narrow for the table.
+fn write_uav_in_words(f: &mut fmt::Formatter<'_>, uav: &UavSummary) -> fmt::Result {
+    let distances = [uav.slot_error_m, uav.previous_distance_m, uav.next_distance_m, uav.leader_distance_m];
+    let [slot, previous, next, leader] = distances.map(metres);
+    let state = if uav.commanded { "" } else { ", failsafe" };
+    let rest = format!("off its slot, {previous} to previous, {next} to next, {leader} to leader{state}");
+    line(f, &format!("uav {} at the end", uav.uav), &slot, &rest)
 }
 
 /// Writes how many UAVs fly on command, unless all do.
@@ -139,8 +160,16 @@ fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Resul
     let sum = |count: fn(&LinkTotals) -> u64| links.iter().map(count).sum::<u64>();
     let (offered, lost, late) = (sum(|link| link.offered), sum(|link| link.lost), sum(|link| link.late));
     let (copies, left) = (sum(|link| link.duplicated), sum(|link| link.in_flight));
-    let remark = format!("{lost} lost, {copies} duplicated, {late} late, {left} still on the way");
-    line(f, &format!("samples on {} links with faults", links.len()), &offered.to_string(), &remark)
+    let corrupted = sum(|link| link.corrupted);
+    let remark = format!(
+        "{lost} lost, {corrupted} corrupted, {copies} duplicated, {late} late, {left} still on the way"
+    );
+    line(
+        f,
+        &format!("samples on {} with faults", counted(links.len(), "link")),
+        &offered.to_string(),
+        &remark,
+    )
 }
 
 /// Writes how many ticks nobody has measured, if there are any.
@@ -152,6 +181,12 @@ fn write_lost_ticks(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::
 }
 
 impl Summary {
+    /// The text for standard output: as wide as its terminal, and with the colours that it shows.
+    pub(crate) fn for_terminal(&self) -> String {
+        let (columns, out) = (output::columns(&io::stdout()), io::stdout());
+        if output::is_coloured(&out) { format!("{self:#columns$}") } else { format!("{self:columns$}") }
+    }
+
     fn write_world(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         line(f, "collisions", &self.collisions.map_or_else(|| "-".into(), |count| count.to_string()), "")?;
         if let Some(Latency { p50_us, p99_us, max_us }) = self.latency {
@@ -162,7 +197,8 @@ impl Summary {
         if let (true, Some(missed), Some(late_us)) = (self.real_time, self.missed_deadlines, self.late_max_us)
         {
             let reused = self.reused_commands.unwrap_or_default();
-            let remark = format!("latest {late_us:.0} us, {reused} commands used again");
+            let reused = counted(reused, "command");
+            let remark = format!("latest {late_us:.0} us, {reused} used again");
             line(f, "missed deadlines", &missed.to_string(), &remark)?;
         }
         self.write_pace(f)
@@ -177,20 +213,23 @@ impl Summary {
     }
 
     fn write_verdict(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let verdict = match self.verdict {
-            Verdict::Passed => "passed",
-            Verdict::Violated => "VIOLATED",
-            Verdict::Failed => "FAILED",
+        let (verdict, style) = match self.verdict {
+            Verdict::Passed => ("passed", output::GOOD),
+            Verdict::Violated => ("VIOLATED", output::BAD),
+            Verdict::Failed => ("FAILED", output::BAD),
         };
-        writeln!(f, "\n  verdict  {verdict}")?;
+        writeln!(f, "\n  verdict  {}", output::painted(style, verdict, f.alternate()))?;
         for reason in self.failures.iter().chain(&self.violations) {
-            writeln!(f, "           {reason}")?;
+            paragraph(f, "           ", reason)?;
         }
         if let Some(flight) = &self.flight {
             write_chance(f, flight)?;
         }
+        // The rest is for copying, so its lines are never broken.
         if let Some(log) = &self.log {
-            let messages = self.log_messages.map_or_else(String::new, |count| format!(" ({count} messages)"));
+            let messages = self
+                .log_messages
+                .map_or_else(String::new, |count| format!(" ({})", counted(count, "message")));
             writeln!(f, "  log      {log}{messages}")?;
         }
         writeln!(f, "  payload  {}", self.payload_hash.as_deref().unwrap_or("-"))?;

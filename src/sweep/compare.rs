@@ -3,7 +3,7 @@
 //! Never flies anything.
 
 use super::files;
-use crate::{WrongUsage, tell};
+use crate::{WrongUsage, output::tell};
 use ringwing_study::sweep::{Cell, Difference, Manifest, Shard, Side, compare, flights_file, read_cells};
 use serde_json::json;
 use std::{

@@ -3,7 +3,7 @@
 //! Never computes a figure: the rows have them all.
 
 use super::{SweepArgs, tell_place};
-use crate::{WrongUsage, tell};
+use crate::{WrongUsage, output::tell};
 use anyhow::Context;
 use ringwing_study::{
     Figure,

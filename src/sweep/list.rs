@@ -1,6 +1,6 @@
 //! `ringwing sweep list`: the built-in sweeps.
 
-use crate::tell;
+use crate::output::tell;
 use ringwing_study::sweep::{Draft, preset};
 use std::process::ExitCode;
 

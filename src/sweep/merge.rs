@@ -3,7 +3,10 @@
 //! Never changes a shard.
 
 use super::{cells, files};
-use crate::{FAILED, WrongUsage, tell};
+use crate::{
+    FAILED, WrongUsage,
+    output::{self, tell},
+};
 use ringwing_study::sweep::{
     Columns, FlightId, Ledger, Manifest, Next, Shard, flight_of, flights_file, read_rows, sort_rows,
 };
@@ -71,10 +74,10 @@ fn common_manifest(folders: &[PathBuf]) -> anyhow::Result<Manifest> {
                 .into());
             }
             if first.build != other.build {
-                eprintln!(
-                    "ringwing: {}: flown by another build than the first folder, so flights may differ",
+                output::warning(&format!(
+                    "{}: flown by another build than the first folder, so flights may differ",
                     folder.display()
-                );
+                ));
             }
         }
         manifest.get_or_insert(other);
@@ -120,10 +123,10 @@ fn report(missing: &BTreeMap<u64, u64>) {
     let named: Vec<_> = missing.keys().take(NAMED).map(u64::to_string).collect();
     let more =
         if missing.len() > NAMED { format!(" and {} more", missing.len() - NAMED) } else { String::new() };
-    eprintln!(
-        "ringwing: {flights} flights of {} cells are missing (cells {}{more}): fly the shards that are not there, or the same \
+    output::warning(&format!(
+        "{flights} flights of {} cells are missing (cells {}{more}): fly the shards that are not there, or the same \
          sweep without --shard",
         missing.len(),
         named.join(", ")
-    );
+    ));
 }

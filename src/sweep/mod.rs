@@ -10,7 +10,10 @@ mod merge;
 mod processes;
 mod progress;
 
-use crate::{FAILED, WrongUsage, tell};
+use crate::{
+    FAILED, WrongUsage,
+    output::{self, tell},
+};
 pub(crate) use definition::SweepArgs;
 use progress::Progress;
 use ringwing_bus::StopFlag;
@@ -80,11 +83,11 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     if is_whole {
         files::write(&folder, &manifest, shard, args)?;
     } else {
-        eprintln!(
-            "ringwing: interrupted after {} flights ({landed} in all); the same command goes on from here: {}",
+        output::warning(&format!(
+            "interrupted after {} flights ({landed} in all); the same command goes on from here: {}",
             tally.flown,
             path.display()
-        );
+        ));
     }
     Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }

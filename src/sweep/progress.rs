@@ -3,6 +3,7 @@
 //! Must never stop a sweep because stderr is closed.
 
 use super::flights_of;
+use crate::output;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ringwing_study::sweep::{Definition, Shard, Tally};
 use std::time::{Duration, Instant};
@@ -36,11 +37,11 @@ impl Progress {
             let part = if shard == Shard::WHOLE { String::new() } else { format!(", shard {shard}") };
             let done =
                 if before.flown > 0 { format!(", {} flown before", before.flown) } else { String::new() };
-            eprintln!(
-                "ringwing: sweep {}: {}{part}{done}",
+            output::note(&format!(
+                "sweep {}: {}{part}{done}",
                 sweep.name,
                 count(total, sweep.seeds.precision.is_some())
-            );
+            ));
         }
         Self { bar, total, is_limit: sweep.seeds.precision.is_some(), before, begin: Instant::now() }
     }

@@ -2,7 +2,7 @@
 //!
 //! Never depends on the order of messages within a tick: programs that rewrite logs may change it.
 
-use super::difference::Difference;
+use super::{difference::Difference, requests};
 use ringwing_recorder::{
     log::reader::{LogMessage, Reader},
     schema::topics,
@@ -23,18 +23,22 @@ pub(super) struct Comparison {
 }
 
 /// Compares the log `recorded` with the log `flown` of the same flight; the error is the first difference.
+///
+/// A recorded flight `with_requests` is flown again with these faults in its scenario.
 pub(super) fn compare<R: Read + Seek>(
     recorded: Reader<R>,
     flown: Reader<R>,
+    with_requests: bool,
 ) -> Result<Comparison, Box<Difference>> {
     let in_log: BTreeSet<String> = recorded.topics().map(str::to_owned).collect();
     let is_left_out = |topic: &str| !topics::is_judged(topic) && !in_log.contains(topic);
     let left_out: Vec<String> =
         flown.topics().filter(|topic| is_compared(topic) && is_left_out(topic)).map(str::to_owned).collect();
-    let mut recorded = by_tick(recorded.filter(|message| is_compared(&message.topic.name)));
-    let mut flown = by_tick(
-        flown.filter(|message| is_compared(&message.topic.name) && !is_left_out(&message.topic.name)),
-    );
+    let is_wanted = |message: &LogMessage| {
+        is_compared(&message.topic.name) && (!with_requests || requests::is_independent(message))
+    };
+    let mut recorded = by_tick(recorded.filter(is_wanted));
+    let mut flown = by_tick(flown.filter(|message| is_wanted(message) && !is_left_out(&message.topic.name)));
     let mut messages = 0;
     loop {
         match (recorded.next(), flown.next()) {

@@ -4,20 +4,26 @@
 
 mod comparison;
 mod difference;
+mod requests;
 
 use crate::{
     VIOLATED,
     launcher::{Plan, launch},
     log_argument::{self, LOG_HELP},
-    simulated, tell, warn_of,
+    output::{tell, warn_of},
+    simulated,
 };
 use anyhow::bail;
 use comparison::{Comparison, compare};
 use difference::Difference;
+use requests::{is_refused_request, is_request};
 use ringwing_bus::Placement;
-use ringwing_flight::{Part, TimedEvent};
-use ringwing_recorder::log::reader::{Reader, Shortfalls};
-use ringwing_scenario::{Scenario, fault::schedule::ScheduledAction};
+use ringwing_flight::{Part, TimedEvent, counted};
+use ringwing_recorder::{
+    ADDED_FAULTS,
+    log::reader::{Reader, Shortfalls},
+};
+use ringwing_scenario::{Fault, Scenario, fault::schedule::ScheduledAction};
 use std::{
     collections::BTreeSet,
     io::{Read, Seek},
@@ -38,7 +44,7 @@ pub(crate) struct VerifyArgs {
 /// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
 pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     let mut reader = Reader::open(&log_argument::named(&args.log))?;
-    let scenario = repeatable(&mut reader)?;
+    let Repeatable { scenario, with_requests } = repeatable(&mut reader)?;
     let folder = tempfile::tempdir()?;
     let plan = Plan {
         scenario,
@@ -58,7 +64,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         bail!("the flight cannot be repeated here: {failure}");
     }
     let log = reader.path().to_owned();
-    let result = compare(reader.rewind(), Reader::open(&outcome.folder)?);
+    let result = compare(reader.rewind(), Reader::open(&outcome.folder)?, with_requests);
     Ok(report(&log, result))
 }
 
@@ -79,7 +85,11 @@ fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
                     &[format!("it lacks these topics of the flight, which were not compared: {topics}")],
                 );
             }
-            tell(&format!("{}: repeated to the bit, {messages} messages compared", log.display()));
+            tell(&format!(
+                "{}: repeated to the bit, {} compared",
+                log.display(),
+                counted(messages, "message")
+            ));
             ExitCode::SUCCESS
         }
         Err(difference) => {
@@ -89,9 +99,18 @@ fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
     }
 }
 
-/// The scenario of the log; an error if the flight cannot be repeated.
-fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Scenario> {
-    let scenario = reader.scenario()?;
+/// A flight that can be flown again.
+struct Repeatable {
+    /// The scenario, with the faults that were asked for during the flight.
+    scenario: Scenario,
+    /// Whether somebody asked for faults during the flight.
+    with_requests: bool,
+}
+
+/// The scenario of the log, with the faults that were asked for during the flight; an error if the flight cannot be
+/// repeated.
+fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Repeatable> {
+    let mut scenario = reader.scenario()?;
     let not = format!("log {}: is not repeatable", reader.path().display());
     if scenario.time.real_time {
         bail!(
@@ -100,7 +119,10 @@ fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Scenario
     }
     let Shortfalls { problems, notes } = reader.shortfalls(&scenario);
     warn_of(reader.path(), &notes);
+    let (mut requested, mut refused) = (0, 0);
     for tick in reader.ticks(&scenario) {
+        requested += tick.events.iter().filter(|timed| is_request(&timed.event)).count();
+        refused += tick.events.iter().filter(|timed| is_refused_request(&timed.event)).count();
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
         }
@@ -124,12 +146,18 @@ fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Scenario
     if reader.result().is_none_or(|result| result.get("verdict").is_none_or(|verdict| verdict == "failed")) {
         bail!("{not}: the flight did not complete");
     }
-    Ok(scenario)
+    let added = reader.result().and_then(|result| result.get(ADDED_FAULTS)).map_or("", String::as_str);
+    let added: Vec<Fault> = added.lines().filter_map(|sentence| sentence.parse().ok()).collect();
+    if added.len() != requested {
+        bail!("{not}: it does not hold all faults that were asked for during the flight");
+    }
+    scenario.faults.extend(added);
+    Ok(Repeatable { scenario, with_requests: requested + refused > 0 })
 }
 
 /// The first event that depends on chance. A flight with such an event may differ the next time.
 fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
-    events.iter().find(|timed| timed.event.is_by_chance())
+    events.iter().find(|timed| timed.event.is_by_chance() && !is_request(&timed.event))
 }
 
 /// The first event about the recorder. It never changes the flight, but the log of another flight will not have it.

@@ -56,7 +56,7 @@ pub fn run(args: &AgentArgs) -> Result<(), AgentError> {
         ports.receive(&mut agent, tick)?;
         let read_ns = monotonic_ns();
         faults.delay_answer(tick);
-        ports.send_link_counts(agent.link_counts(tick))?;
+        ports.send_link_counts(&agent.link_counts(tick))?;
         let answer = agent.fly(tick);
         ports.update_inputs(&mut agent)?;
         ports.send(&answer, answerer.gate(), tick, woke_ns, read_ns)?;

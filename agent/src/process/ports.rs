@@ -111,13 +111,13 @@ impl<'m> AgentPorts<'m> {
     }
 
     /// Sends the counts of links with faults.
-    pub(super) fn send_link_counts(&mut self, all: impl Iterator<Item = LinkCounts>) -> Result<(), BusError> {
+    pub(super) fn send_link_counts(&mut self, all: &[LinkCounts]) -> Result<(), BusError> {
         for counts in all {
             if self.link_counts.is_none() {
                 self.link_counts = Some(services::links(self.uavs).publisher(self.member.node())?);
             }
             if let Some(port) = &self.link_counts {
-                port.send(counts, Stamps::now())?;
+                port.send(*counts, Stamps::now())?;
             }
         }
         Ok(())

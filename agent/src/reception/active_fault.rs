@@ -3,17 +3,19 @@
 //! A pure function of (seed, link, sending tick), so faults never influence each other.
 
 use super::{
+    capacity::RateLimit,
     route::Route,
     sample::{PoseError, Sample},
 };
 use ringwing_flight::{Tick, draw::Draws};
-use ringwing_scenario::fault::{Delay, LinkImpairment, schedule::LinkFault};
+use ringwing_scenario::fault::{BurstChain, Delay, LinkImpairment, schedule::LinkFault};
 use std::mem::discriminant;
 
 /// A fault of one link.
 #[derive(Debug, Clone)]
 pub(super) struct ActiveFault {
     fault: LinkFault,
+    rate_hz: u32,
     /// Faults of the same kind that the link has before this one: each rank has its own draws.
     rank: u64,
     /// The last known state of a Gilbert chain.
@@ -32,6 +34,8 @@ struct GilbertState {
 pub(super) struct Fate<T> {
     pub(super) sample: T,
     pub(super) is_lost: bool,
+    /// Whether the sample is damaged on the way, so that the receiver drops it.
+    pub(super) is_corrupted: bool,
     /// Whether the sample waits until no `hold` is active.
     pub(super) is_held: bool,
     /// The delay beyond the latency of a link without faults.
@@ -58,12 +62,16 @@ enum Purpose {
     Duplicate,
     Reorder,
     Noise,
+    Corrupt,
 }
+
+/// Longest delay of a sample. No flight lasts longer, so a longer one changes nothing but could exceed the range of ticks.
+const DELAY_MAX_S: f64 = 86_400.0;
 
 impl<T> Fate<T> {
     /// The fate of a sample on a link without faults.
     pub(super) fn undisturbed(sample: T) -> Self {
-        Self { sample, is_lost: false, is_held: false, delay_s: 0.0, copies: 0 }
+        Self { sample, is_lost: false, is_corrupted: false, is_held: false, delay_s: 0.0, copies: 0 }
     }
 }
 
@@ -81,7 +89,7 @@ impl LinkDraws {
 
 impl ActiveFault {
     /// The faults of `faults` that concern `route`.
-    pub(super) fn of_route(faults: &[LinkFault], route: &Route) -> Vec<Self> {
+    pub(super) fn of_route(faults: &[LinkFault], route: &Route, rate_hz: u32) -> Vec<Self> {
         let mut active: Vec<Self> = Vec::new();
         for fault in faults.iter().filter(|fault| fault.links.includes(route.source, route.to)) {
             let kind = discriminant(&fault.impairment);
@@ -89,9 +97,26 @@ impl ActiveFault {
             // of them.
             let rank = active.iter().filter(|other| discriminant(&other.fault.impairment) == kind).count();
             let gilbert = GilbertState { tick: fault.begin, is_bad: false };
-            active.push(Self { fault: fault.clone(), rank: rank as u64, gilbert });
+            active.push(Self { fault: fault.clone(), rate_hz, rank: rank as u64, gilbert });
         }
         active
+    }
+
+    /// Which of the run's faults it is, counted from 1.
+    pub(super) fn number(&self) -> u32 {
+        self.fault.number
+    }
+
+    /// The limit that it puts on the link in `tick`, if it does.
+    pub(super) fn rate_limit(&self, tick: Tick) -> Option<RateLimit> {
+        let LinkImpairment::Rate { samples_per_s, queue } = self.fault.impairment else { return None };
+        self.is_on(tick).then_some(RateLimit {
+            number: self.fault.number,
+            begin: self.fault.begin,
+            samples_per_s,
+            rate_hz: self.rate_hz,
+            queue: queue as usize,
+        })
     }
 
     /// Whether it applies to samples that are sent in `tick`.
@@ -109,39 +134,66 @@ impl ActiveFault {
         self.fault.impairment == LinkImpairment::Stuck && self.is_on(tick)
     }
 
-    /// Adds its effect to the fate of one sample.
-    pub(super) fn apply<T: Sample>(&mut self, draws: LinkDraws, fate: &mut Fate<T>) {
+    /// Adds its effect to the fate of one sample. Returns whether it has one.
+    pub(super) fn apply<T: Sample>(&mut self, draws: LinkDraws, fate: &mut Fate<T>) -> bool {
         let rank = self.rank;
         // Delays add up, errors add up, and one loss is enough: no fault depends on what another one did.
         match &self.fault.impairment {
-            LinkImpairment::Delay(delay) => fate.delay_s += delay_s(delay, draws, rank, self.fault.begin),
-            LinkImpairment::Loss(p) => fate.is_lost |= draws.happens(Purpose::Loss, rank, *p),
+            LinkImpairment::Delay(delay) => {
+                let delay_s = delay_s(delay, draws, rank, self.fault.begin);
+                self.delay(delay_s, fate)
+            }
+            LinkImpairment::Loss(p) => lose(draws.happens(Purpose::Loss, rank, *p), fate),
             LinkImpairment::Gilbert { p, r, h, k } => {
                 let (p, r, h, k) = (*p, *r, *h, *k);
                 let pass_probability = if self.is_bad(draws, p, r) { h } else { k };
-                fate.is_lost |= !draws.happens(Purpose::GilbertLoss, rank, pass_probability);
+                lose(!draws.happens(Purpose::GilbertLoss, rank, pass_probability), fate)
             }
-            LinkImpairment::Blackout => fate.is_lost = true,
+            LinkImpairment::GilbertBurst { loss, burst_s } => {
+                // Validation refuses what no chain can give.
+                let chain = BurstChain::new(*loss, *burst_s, self.rate_hz);
+                lose(chain.is_some_and(|BurstChain { p, r }| self.is_bad(draws, p, r)), fate)
+            }
+            LinkImpairment::Blackout => lose(true, fate),
+            LinkImpairment::Corrupt(p) => {
+                let is_hit = draws.happens(Purpose::Corrupt, rank, *p);
+                fate.is_corrupted |= is_hit;
+                is_hit
+            }
             LinkImpairment::Duplicate(p) => {
-                fate.copies += u32::from(draws.happens(Purpose::Duplicate, rank, *p));
+                let is_hit = draws.happens(Purpose::Duplicate, rank, *p);
+                fate.copies += u32::from(is_hit);
+                is_hit
             }
             LinkImpairment::Reorder { p, by_s } => {
-                fate.delay_s += if draws.happens(Purpose::Reorder, rank, *p) { *by_s } else { 0.0 };
+                let by_s = if draws.happens(Purpose::Reorder, rank, *p) { *by_s } else { 0.0 };
+                self.delay(by_s, fate)
             }
-            LinkImpairment::Hold => fate.is_held = true,
-            // The link replaces a stuck sample before any other fault applies to it.
-            LinkImpairment::Stuck => {}
+            LinkImpairment::Hold => {
+                fate.is_held = true;
+                // It has an effect only on a sample that arrives while the fault still lasts.
+                false
+            }
+            // The link does both before any other fault applies, and notes their effects itself.
+            LinkImpairment::Stuck | LinkImpairment::Rate { .. } => false,
             LinkImpairment::Bias { x_m, y_m, heading_rad } => {
                 let error = PoseError { x_m: *x_m, y_m: *y_m, heading_rad: *heading_rad };
-                fate.sample = fate.sample.displaced(error);
+                displace(error, fate)
             }
             LinkImpairment::Noise { position_m, heading_rad } => {
                 let mut noise = draws.stream(Purpose::Noise, rank);
                 let (x_m, y_m) = (position_m * noise.normal(), position_m * noise.normal());
                 let error = PoseError { x_m, y_m, heading_rad: heading_rad * noise.normal() };
-                fate.sample = fate.sample.displaced(error);
+                displace(error, fate)
             }
         }
+    }
+
+    /// Delays a sample further. Returns whether it arrives in a later tick because of that.
+    fn delay<T>(&self, by_s: f64, fate: &mut Fate<T>) -> bool {
+        let before = whole_ticks(fate.delay_s, self.rate_hz);
+        fate.delay_s += by_s;
+        whole_ticks(fate.delay_s, self.rate_hz) > before
     }
 
     /// Whether the Gilbert chain is in its bad state when the sample is sent.
@@ -162,6 +214,21 @@ impl ActiveFault {
         self.gilbert = GilbertState { tick: draws.sent, is_bad };
         is_bad
     }
+}
+
+fn lose<T>(is_hit: bool, fate: &mut Fate<T>) -> bool {
+    fate.is_lost |= is_hit;
+    is_hit
+}
+
+fn displace<T: Sample>(error: PoseError, fate: &mut Fate<T>) -> bool {
+    fate.sample = fate.sample.displaced(error);
+    error != PoseError::default()
+}
+
+/// A delay in whole ticks, because a receiver reads only once a tick.
+pub(super) fn whole_ticks(delay_s: f64, rate_hz: u32) -> i64 {
+    (delay_s.min(DELAY_MAX_S) * f64::from(rate_hz)).round() as i64
 }
 
 fn delay_s(delay: &Delay, draws: LinkDraws, rank: u64, begin: Tick) -> f64 {

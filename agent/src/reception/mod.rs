@@ -7,6 +7,7 @@
 
 mod active_fault;
 pub mod arrivals;
+mod capacity;
 pub mod impairment;
 mod route;
 pub mod sample;
@@ -142,6 +143,16 @@ impl<T: Sample> LinkReceiver<T> {
     /// The link's counts as of `now`; `None` for a link without faults.
     pub fn counts(&self, now: Tick) -> Option<LinkCounts> {
         (!self.link.is_clear()).then(|| self.link.counts(now))
+    }
+
+    /// The counts as of `now` once for each fault that has altered its first sample since the last call.
+    pub fn news(&mut self, now: Tick) -> Vec<LinkCounts> {
+        self.link.news(now)
+    }
+
+    /// The counts as of `now` once for each fault that has altered a sample.
+    pub fn all_acted(&self, now: Tick) -> Vec<LinkCounts> {
+        self.link.all_acted(now)
     }
 }
 

@@ -165,21 +165,38 @@ fn the_input_beyond_a_silent_neighbour_opens_and_closes_again_when_the_neighbour
 fn links_with_faults_report_their_counts_once_a_second_and_at_the_last_tick() {
     let (mut agent, _) = agent();
     let last = agent.last_tick.0;
-    assert_eq!(agent.link_counts(Tick(100)).count(), 0, "no link has a fault");
+    assert_eq!(agent.link_counts(Tick(100)).len(), 0, "no link has a fault");
     agent.set_faults(&link_faults("at 0 s link 2->1 blackout"));
     for (now, reports) in [(0, 1), (1, 0), (99, 0), (100, 1), (last - 1, 0), (last, 1)] {
-        assert_eq!(agent.link_counts(Tick(now)).count(), reports, "at {now}");
+        assert_eq!(agent.link_counts(Tick(now)).len(), reports, "at {now}");
     }
     agent.set_faults(&link_faults("at 0 s isolate 1"));
-    assert_eq!(agent.link_counts(Tick(0)).count(), 3, "both neighbours and the leader");
+    assert_eq!(agent.link_counts(Tick(0)).len(), 3, "both neighbours and the leader");
+}
+
+#[test]
+fn a_fault_is_reported_when_it_first_alters_a_sample_and_at_the_last_tick() {
+    let (mut agent, mut lists) = agent();
+    agent.set_faults(&link_faults("at 0.05 s link 2->1 blackout"));
+    let mut first = None;
+    for now in 0..20 {
+        fly(&mut agent, &mut lists, [now, now + 1], &[2, 6]);
+        let acted = agent.link_counts(Tick(now)).into_iter().filter(|counts| counts.acted == 1).count();
+        if acted > 0 {
+            assert_eq!(first.replace(now), None, "reported once");
+        }
+    }
+    assert_eq!(first, Some(6), "what is sent in tick 5 is missing in tick 6");
+    let last = agent.last_tick;
+    assert_eq!(agent.link_counts(last).iter().map(|counts| counts.acted).collect::<Vec<_>>(), [0, 1]);
 }
 
 #[test]
 fn an_input_that_opens_later_has_the_faults_of_its_link() {
     let (mut agent, mut lists) = agent();
     agent.set_faults(&link_faults("at 0 s link 3->1 blackout"));
-    assert_eq!(agent.link_counts(Tick(0)).count(), 0);
+    assert_eq!(agent.link_counts(Tick(0)).len(), 0);
     fly(&mut agent, &mut lists, [0, 30], &[6]);
     assert!(agent.listened().contains(&UavId(3)));
-    assert_eq!(agent.link_counts(Tick(0)).count(), 1);
+    assert_eq!(agent.link_counts(Tick(0)).len(), 1);
 }

@@ -207,6 +207,16 @@ pub enum Event {
     },
     /// The launcher did not report a fault as applied in time; the flight goes on.
     FaultOverdue,
+    /// The launcher applied a fault later than asked, in real time. What the fault does later is as much later, so its
+    /// duration is the one that was asked for.
+    FaultLate {
+        /// The process.
+        part: Part,
+        /// How much later, in seconds of simulated time.
+        late_s: f64,
+        /// The sentence that asked for the fault.
+        sentence: String,
+    },
     /// A link fault begins.
     LinkFault {
         /// The sentence that asked for it.
@@ -246,6 +256,7 @@ impl Event {
             Self::FaultRefused { .. } => "fault.refused",
             Self::FaultRequested { .. } => "fault.requested",
             Self::FaultOverdue => "fault.overdue",
+            Self::FaultLate { .. } => "fault.late",
             Self::LinkFault { .. } => "fault.link",
             Self::SlowFault { .. } => "fault.slow",
             Self::FaultHealed { .. } => "fault.healed",
@@ -277,6 +288,7 @@ impl Event {
             | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
+            | Self::FaultLate { .. }
             | Self::FaultOverdue => Level::Warning,
         }
     }
@@ -302,6 +314,7 @@ impl Event {
             | Self::RunPaused { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
+            | Self::FaultLate { .. }
             | Self::FaultRequested { .. } => Reporter::Launcher,
             Self::RecorderGap { .. } => Reporter::Recorder,
         }
@@ -319,6 +332,7 @@ impl Event {
             | Self::ProcessThawed { part }
             | Self::StartOverdue { part }
             | Self::ThawOverdue { part }
+            | Self::FaultLate { part, .. }
             | Self::ProcessSilent { part, .. } => *part != Part::Recorder,
             // A connection that failed may have cost some receiver its samples.
             Self::ReplacementOverdue
@@ -387,6 +401,7 @@ impl Event {
                 Some(if why.len() > sentence.len() { why } else { sentence })
             }
             Self::ProcessFault { sentence, .. }
+            | Self::FaultLate { sentence, .. }
             | Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }

@@ -56,6 +56,7 @@ fn one_of_each() -> Vec<Event> {
         refused(None, "there is no uav 9"),
         Event::FaultRequested { sentence: "at 5 s kill uav 3".into() },
         Event::FaultOverdue,
+        Event::FaultLate { part: AGENT, late_s: 1.5, sentence: "freeze uav 3 for 2 s".into() },
         Event::LinkFault { sentence: link() },
         Event::SlowFault { sentence: "slow uav 3 by 25 ms".into() },
         Event::FaultHealed { sentence: link() },
@@ -104,6 +105,7 @@ fn every_event_has_its_level_name_and_text() {
          |  Warning fault.refused: there is no uav 9: thaw uav 3
          |! Info fault.requested: at 5 s kill uav 3
          |! Warning fault.overdue: a fault was not applied in time; flying on: raise supervision.start_timeout_s
+         |! Warning fault.late: 1.50 s late, with its duration kept: freeze uav 3 for 2 s (uav 3)
          | ~Info fault.link: link 2->3 loss 30 % for 2 s
          | ~Info fault.slow: slow uav 3 by 25 ms
          |  Info fault.healed: link 2->3 loss 30 % for 2 s";

@@ -3,7 +3,7 @@
 //! No program may parse these sentences: whatever it needs is in the event's fields.
 
 use super::{AfterLoss, Collider, Event, GapCause, ProcessAction, ProcessEnd};
-use crate::{Part, Tick};
+use crate::{Part, Tick, counted};
 use std::fmt;
 
 impl Event {
@@ -42,13 +42,16 @@ impl Event {
             Self::RecorderSilent => "the recorder has stopped reading; flying on".into(),
             Self::RecorderGap { first_tick, last_tick, cause } => gap_text(*first_tick, *last_tick, *cause),
             Self::ConnectionsFailed { count } => {
-                format!("{count} connections of the world failed; is `ulimit -n` large enough?")
+                format!("{} of the world failed; is `ulimit -n` large enough?", counted(*count, "connection"))
             }
             Self::RunInterrupted => "interrupted; ending the flight (interrupt again to kill it)".into(),
             Self::RunPaused { seconds } => format!("the run stood still for {seconds:.1} s"),
             Self::ProcessFault { part, action, sentence } => format!("{part} {}: {sentence}", action.done()),
             Self::FaultRefused { part: Some(part), why, sentence } => format!("{part} {why}: {sentence}"),
             Self::FaultRefused { part: None, why, sentence } => format!("{why}: {sentence}"),
+            Self::FaultLate { part, late_s, sentence } => {
+                format!("{late_s:.2} s late, with its duration kept: {sentence} ({part})")
+            }
             Self::FaultOverdue => {
                 "a fault was not applied in time; flying on: raise supervision.start_timeout_s".into()
             }

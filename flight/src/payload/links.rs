@@ -39,10 +39,10 @@ impl fmt::Display for LinkSource {
     }
 }
 
-/// What has happened to the samples on one link since its receiver started. The receiver sends this once per simulated
-/// second while the link has faults.
+/// What has happened to the samples on one link since its receiver started. While the link has faults, the receiver sends
+/// this once per simulated second, and when a fault alters its first sample.
 ///
-/// `offered + duplicated == delivered + lost + in_flight`.
+/// `offered + duplicated == delivered + lost + corrupted + in_flight`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct LinkCounts {
@@ -56,6 +56,8 @@ pub struct LinkCounts {
     pub late: u64,
     /// Dropped by a fault.
     pub lost: u64,
+    /// Damaged by a fault: the receiver noticed that and dropped them.
+    pub corrupted: u64,
     /// Copies made by a fault.
     pub duplicated: u64,
     /// Held back by a fault, to be delivered later.
@@ -64,13 +66,29 @@ pub struct LinkCounts {
     pub from: LinkSource,
     /// The receiver.
     pub to: UavId,
+    /// The fault that has altered a sample, counted from 1 in the order of the run's faults; 0 in the count of each second.
+    pub acted: u32,
+    /// Always 0: it fills the payload up to a multiple of eight bytes.
+    pub reserved: u32,
 }
 
 impl LinkCounts {
     /// The counts of a link before anything was sent.
     pub fn none(from: LinkSource, to: UavId) -> Self {
-        let tick = Tick::APPROACH;
-        Self { tick, offered: 0, delivered: 0, late: 0, lost: 0, duplicated: 0, in_flight: 0, from, to }
+        Self {
+            tick: Tick::APPROACH,
+            offered: 0,
+            delivered: 0,
+            late: 0,
+            lost: 0,
+            corrupted: 0,
+            duplicated: 0,
+            in_flight: 0,
+            from,
+            to,
+            acted: 0,
+            reserved: 0,
+        }
     }
 
     /// The link's name in the fault grammar: `2->3`.

@@ -53,7 +53,7 @@ payloads! {
     Command: "Command.v3", 32;
     Account: "Account.v1", 168;
     TickTiming: "TickTiming.v1", 72;
-    LinkCounts: "LinkCounts.v1", 64;
+    LinkCounts: "LinkCounts.v2", 80;
     Roster: "Roster.v3", 152;
     FormationError: "FormationError.v3", 24;
     EventMessage: "EventMessage.v1", 1024;

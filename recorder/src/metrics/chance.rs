@@ -73,9 +73,10 @@ impl ChanceWatch {
         match event {
             Event::ProcessLost { part, end, .. } => self.add_loss(*part, *tick, *end),
             Event::ProcessFrozen { part } => drop(self.frozen.insert(*part, *tick)),
-            Event::ProcessThawed { part } => drop(self.frozen.remove(part)),
             // A fault that thaws or kills a process takes over what happens to it.
-            Event::ProcessFault { part, .. } => drop(self.frozen.remove(part)),
+            Event::ProcessThawed { part } | Event::ProcessFault { part, .. } => {
+                self.frozen.remove(part);
+            }
             _ => {}
         }
         if event.is_by_chance() {
@@ -193,8 +194,11 @@ mod tests {
     fn a_process_that_stays_frozen_counts_as_lost_and_one_that_is_thawed_does_not() {
         let frozen = Event::ProcessFrozen { part: AGENT };
         let thawed = Event::ProcessThawed { part: AGENT };
-        assert_eq!(watch(&[frozen.clone()]).losses(), 1);
-        assert_eq!(watch(&[frozen.clone()]).listed_losses()[0].cause, "frozen (SIGSTOP) and never thawed");
+        assert_eq!(watch(std::slice::from_ref(&frozen)).losses(), 1);
+        assert_eq!(
+            watch(std::slice::from_ref(&frozen)).listed_losses()[0].cause,
+            "frozen (SIGSTOP) and never thawed"
+        );
         assert_eq!(watch(&[frozen.clone(), thawed]).losses(), 0);
         assert_eq!(watch(&[frozen, lost(AGENT, ProcessEnd::Killed(9))]).losses(), 1);
     }

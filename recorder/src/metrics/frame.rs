@@ -256,7 +256,7 @@ impl Frame {
         self.leader = samples.leader;
         let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();
         // Agents send their counts in any order; sorted, equal flights give equal logs.
-        counts.sort_by_key(|counts| (counts.to, counts.from));
+        counts.sort_by_key(|counts| (counts.to, counts.from, counts.acted));
         self.links.clear();
         self.links.extend(counts.into_iter().map(LinkTotals::from));
         // The ring is up to date by now: slots and neighbours come from it.

@@ -17,10 +17,17 @@ pub struct LinkTotals {
     pub late: u64,
     /// Lost on the way.
     pub lost: u64,
+    /// Damaged on the way, and dropped by their receiver.
+    #[serde(default)]
+    pub corrupted: u64,
     /// Copies made on the way.
     pub duplicated: u64,
     /// On the way at the end, or when their receiver died.
     pub in_flight: u64,
+    /// In a frame: the number of the fault that has altered a sample, counted from 1, or 0 in the count of each second. A
+    /// summary has the effects of faults elsewhere.
+    #[serde(skip)]
+    pub acted: u32,
 }
 
 impl From<&LinkCounts> for LinkTotals {
@@ -31,8 +38,10 @@ impl From<&LinkCounts> for LinkTotals {
             delivered: counts.delivered,
             late: counts.late,
             lost: counts.lost,
+            corrupted: counts.corrupted,
             duplicated: counts.duplicated,
             in_flight: counts.in_flight,
+            acted: counts.acted,
         }
     }
 }
@@ -43,6 +52,7 @@ impl LinkTotals {
         self.delivered += counts.delivered;
         self.late += counts.late;
         self.lost += counts.lost;
+        self.corrupted += counts.corrupted;
         self.duplicated += counts.duplicated;
         self.in_flight += counts.in_flight;
     }

@@ -1,6 +1,6 @@
 //! The flight in numbers, for tables, scripts and the verdict.
 
-use super::{ChanceEvent, FaultRecovery, LinkTotals, TrueState, UnplannedLoss};
+use super::{ChanceEvent, FaultEffects, FaultRecovery, LinkTotals, TrueState, UnplannedLoss};
 use serde::{Deserialize, Serialize};
 
 /// A flight in numbers. A value that does not exist is absent, never 0.
@@ -49,6 +49,9 @@ pub struct FlightSummary {
     /// How long the formation took to recover at each moment. Of more than a hundred moments: the first ones, the one with
     /// the longest recovery, and the last one.
     pub recoveries: Vec<FaultRecovery>,
+    /// How many faults were asked for, how many acted, and which had no effect.
+    #[serde(default)]
+    pub fault_effects: FaultEffects,
     /// Number of recoveries that the next fault cut short.
     pub recoveries_cut_short: u64,
     /// The longest recovery; absent unless the formation was seen to recover from every fault.

@@ -3,7 +3,7 @@
 //! Must never pass what it cannot measure: a requirement without a measured value is violated. And whatever is required,
 //! a flight that ends with nobody in the formation is no success.
 
-use super::{ChanceEvent, FlightSummary, UnplannedLoss};
+use super::{ChanceEvent, FlightSummary, UnplannedLoss, fault_effects};
 use ringwing_scenario::{RequirementsSection, Scenario};
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +52,7 @@ pub fn judge(scenario: &Scenario, summary: &FlightSummary, collisions: Option<us
         .extend(required.turn_rate_saturated_share_max.and_then(|most| judge_saturation(most, summary)));
     violations.extend(judge_losses(required.unplanned_losses_max, summary));
     violations.extend(judge_chance(required, summary));
+    violations.extend(fault_effects::judge(required.faults_act, &summary.fault_effects));
     violations
 }
 

@@ -15,10 +15,13 @@ use crate::{
     show::view::Viewer,
 };
 use ringwing_flight::{Event, GapCause, Reporter, Tick, TickTiming, TimedEvent, WorldReport};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{Fault, Scenario};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path, time::Duration};
+
+/// The key of a log's result with the faults that were asked for during the flight, one sentence a line.
+pub const ADDED_FAULTS: &str = "added_faults";
 
 /// What the recorder leaves behind when the flight ends, for the verdict.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -50,6 +53,8 @@ pub struct Recording {
     waiting: Vec<TimedEvent>,
     /// Events that a predecessor has logged already.
     logged: Vec<TimedEvent>,
+    /// The faults that were asked for during the flight. Events cut long sentences short, and these are whole.
+    added_faults: Vec<Fault>,
     /// The events of the scenario's own faults.
     scheduled: Vec<TimedEvent>,
 }
@@ -80,6 +85,7 @@ impl Recording {
             began: false,
             waiting: Vec::new(),
             logged: past.events,
+            added_faults: Vec::new(),
             scheduled: opening.scenario.schedule().announcements(),
         };
         recording.schedule_events();
@@ -210,6 +216,11 @@ impl Recording {
         log.finish(result)
     }
 
+    /// Takes the faults that were asked for during the flight, for the log's result.
+    pub(crate) fn set_added_faults(&mut self, faults: Vec<Fault>) {
+        self.added_faults = faults;
+    }
+
     fn result(&self, summary: &FlightSummary, world: Option<&WorldReport>) -> BTreeMap<String, String> {
         let violations = judge(&self.scenario, summary, world.map(|world| world.collisions.len()));
         let verdict = match world {
@@ -222,6 +233,10 @@ impl Recording {
             ("violations".to_owned(), violations.join("; ")),
         ]);
         result.extend(texts("", summary));
+        if !self.added_faults.is_empty() {
+            let sentences: Vec<String> = self.added_faults.iter().map(Fault::to_string).collect();
+            result.insert(ADDED_FAULTS.to_owned(), sentences.join("\n"));
+        }
         if let Some(world) = world {
             result.extend(texts("world.", world));
         }

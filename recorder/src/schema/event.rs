@@ -147,6 +147,7 @@ fn part(event: &Event) -> Option<Part> {
         | Event::StartOverdue { part }
         | Event::ThawOverdue { part }
         | Event::ProcessSilent { part, .. }
+        | Event::FaultLate { part, .. }
         | Event::ProcessFault { part, .. } => Some(*part),
         Event::FaultRefused { part, .. } => *part,
         _ => None,
@@ -158,6 +159,7 @@ fn sentence(event: &Event) -> &str {
     match event {
         Event::ProcessFault { sentence, .. }
         | Event::FaultRefused { sentence, .. }
+        | Event::FaultLate { sentence, .. }
         | Event::FaultRequested { sentence }
         | Event::LinkFault { sentence }
         | Event::SlowFault { sentence }

@@ -44,9 +44,10 @@ pub struct Faults {
     pub asked_sentences: Vec<String>,
 }
 
-/// Counts of the samples of one link since its receiver started, once a second while the link has faults: `/links`.
+/// Counts of the samples of one link since its receiver started, once a second while the link has faults and when a fault
+/// first alters a sample: `/links`.
 ///
-/// `offered + duplicated = delivered + lost + in_flight`.
+/// `offered + duplicated = delivered + lost + corrupted + in_flight`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
 pub struct LinkCounts {
     /// The tick of this count.
@@ -73,6 +74,13 @@ pub struct LinkCounts {
     /// On the way now.
     #[prost(uint64, tag = "8")]
     pub in_flight: u64,
+    /// Damaged on the way, and dropped by their receiver.
+    #[prost(uint64, tag = "9")]
+    pub corrupted: u64,
+    /// The number of the fault that has altered a sample on this link, counted from 1 in the order of the scenario, with
+    /// those added during the flight at the end; 0 in the count of each second.
+    #[prost(uint32, tag = "10")]
+    pub acted: u32,
 }
 
 impl LinkCounts {
@@ -87,14 +95,17 @@ impl LinkCounts {
             lost: counts.lost,
             duplicated: counts.duplicated,
             in_flight: counts.in_flight,
+            corrupted: counts.corrupted,
+            acted: counts.acted,
         }
     }
 
     /// The counts in this message.
     pub(crate) fn counts(self) -> LinkTotals {
         // Naming every field makes the compiler refuse a new count that is forgotten here.
-        let Self { tick: _, link, offered, delivered, late, lost, duplicated, in_flight } = self;
-        LinkTotals { link, offered, delivered, late, lost, duplicated, in_flight }
+        let Self { tick: _, link, offered, delivered, late, lost, duplicated, in_flight, corrupted, acted } =
+            self;
+        LinkTotals { link, offered, delivered, late, lost, corrupted, duplicated, in_flight, acted }
     }
 }
 

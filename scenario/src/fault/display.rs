@@ -125,7 +125,12 @@ impl Display for LinkImpairment {
                     probability(*k)
                 )
             }
+            Self::GilbertBurst { loss, burst_s } => {
+                write!(f, "gilbert loss {} burst {}", probability(*loss), time(*burst_s))
+            }
             Self::Blackout => f.write_str("blackout"),
+            Self::Corrupt(p) => write!(f, "corrupt {}", probability(*p)),
+            Self::Rate { samples_per_s, queue } => write!(f, "rate {samples_per_s} samples/s queue {queue}"),
             Self::Duplicate(p) => write!(f, "duplicate {}", probability(*p)),
             Self::Reorder { p, by_s } => write!(f, "reorder {} by {}", probability(*p), time(*by_s)),
             Self::Hold => f.write_str("hold"),

@@ -22,8 +22,23 @@ const ACTIONS: [&str; 12] = [
     "isolate",
     "heal",
 ];
-const IMPAIRMENTS: [&str; 10] =
-    ["delay", "loss", "gilbert", "blackout", "duplicate", "reorder", "hold", "stuck", "bias", "noise"];
+const IMPAIRMENTS: [&str; 12] = [
+    "delay",
+    "loss",
+    "gilbert",
+    "blackout",
+    "corrupt",
+    "rate",
+    "duplicate",
+    "reorder",
+    "hold",
+    "stuck",
+    "bias",
+    "noise",
+];
+/// Default places in the queue of a link with a limited rate. A longer queue delays samples for longer before it drops
+/// any.
+const QUEUE_DEFAULT: u32 = 10;
 /// Time by which `reorder` holds a sample back by default: five ticks at 100 Hz. A time shorter than a tick would
 /// reorder nothing.
 const REORDER_DEFAULT_S: f64 = 0.05;
@@ -58,6 +73,19 @@ impl TryFrom<String> for Action {
     fn try_from(text: String) -> Parsed<Self> {
         text.parse()
     }
+}
+
+/// The words that may follow `start`, the start of a fault, to complete a command line.
+///
+/// A start without a time, such as `kill`, is that of a live fault. Numbers are not listed, only words.
+pub fn next_words(start: &str) -> Vec<String> {
+    let mut words = Lexer::new(start);
+    let is_timed = words.take("at");
+    // An error says that the sentence is incomplete, or that it is wrong. Then nothing was looked for at its end.
+    let _ = if is_timed { words.time_s().and_then(|_| action(&mut words)) } else { action(&mut words) };
+    let mut next = words.into_continuations();
+    next.retain(|word| word.chars().all(char::is_alphabetic));
+    next
 }
 
 /// An action, which must be all that is left of the sentence.
@@ -217,6 +245,8 @@ fn impairment(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
         "loss" => LinkImpairment::Loss(words.probability()?),
         "gilbert" => gilbert(words)?,
         "blackout" => LinkImpairment::Blackout,
+        "corrupt" => LinkImpairment::Corrupt(words.probability()?),
+        "rate" => rate(words)?,
         "duplicate" => LinkImpairment::Duplicate(words.probability()?),
         "reorder" => {
             let p = words.probability()?;
@@ -257,8 +287,26 @@ fn delay(words: &mut Lexer<'_>) -> Parsed<Delay> {
     })
 }
 
-/// `gilbert 1 % 10 %`: by default a bad link loses every sample and a good one none.
+/// `rate 20 samples/s queue 10`: a link's capacity, and how many samples wait for it.
+fn rate(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
+    let samples_per_s = words.samples_per_s()?;
+    let queue = if words.take("queue") { words.places()? } else { QUEUE_DEFAULT };
+    Ok(LinkImpairment::Rate { samples_per_s, queue })
+}
+
+/// `gilbert loss 5 % burst 80 ms`, by what people measure; or `gilbert 1 % 10 %`, by the probabilities of the chain: by
+/// default a bad link loses every sample and a good one none.
 fn gilbert(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
+    if words.take("loss") {
+        let loss = words.probability()?;
+        words.expect("burst")?;
+        return Ok(LinkImpairment::GilbertBurst { loss, burst_s: words.duration_s()? });
+    }
+    // Without this check the error would name only a probability, and not the other form.
+    if !words.is_at_number() {
+        let what = "loss, as in: gilbert loss 5 % burst 80 ms; or two probabilities, as in: gilbert 1 % 10 %";
+        return Err(words.expected(what, &["loss"]));
+    }
     let (p, r) = (words.probability()?, words.probability()?);
     // Neither of the two has a keyword, so a number that follows can only belong to them.
     let h = if words.is_at_number() { words.probability()? } else { 0.0 };

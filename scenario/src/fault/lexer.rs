@@ -17,11 +17,15 @@ pub struct FaultSyntaxError {
 pub(super) type Parsed<T> = Result<T, FaultSyntaxError>;
 
 /// Longest time in a sentence: a flight lasts at most a day, so a longer time is a mistake.
-const TIME_MAX_S: f64 = 24.0 * 3600.0;
+pub(super) const TIME_MAX_S: f64 = 24.0 * 3600.0;
 /// Largest error of a position: the swarm never spreads that far, so a larger one is a mistake.
 const LENGTH_MAX_M: f64 = 1e6;
 /// Largest angle, a little above a full turn: a larger one probably has the wrong unit.
 const ANGLE_MAX_RAD: f64 = 7.0;
+/// Largest capacity of a link: far above the highest tick rate, so a larger one is a mistake.
+const SAMPLES_PER_S_MAX: f64 = 1e6;
+/// Most places in a link's queue. A sample in a longer one would wait for longer than most flights last.
+const PLACES_MAX: u32 = 10_000;
 /// The units of time, with the number of each that make a second.
 const TIME_UNITS: [(&str, f64); 2] = [("s", 1.0), ("ms", 1000.0)];
 
@@ -29,11 +33,13 @@ const TIME_UNITS: [(&str, f64); 2] = [("s", 1.0), ("ms", 1000.0)];
 pub(super) struct Lexer<'t> {
     words: Vec<&'t str>,
     next: usize,
+    /// The words that the grammar has looked for at the end of the sentence.
+    continuations: Vec<String>,
 }
 
 impl<'t> Lexer<'t> {
     pub(super) fn new(text: &'t str) -> Self {
-        Self { words: split(text), next: 0 }
+        Self { words: split(text), next: 0, continuations: Vec::new() }
     }
 
     /// The next word, which stays the next.
@@ -48,9 +54,18 @@ impl<'t> Lexer<'t> {
 
     /// Consumes the next word if it is `word`.
     pub(super) fn take(&mut self, word: &str) -> bool {
-        let is_next = self.peek().is_some_and(|next| next.eq_ignore_ascii_case(word));
+        let Some(next) = self.peek() else {
+            self.continuations.push(word.to_owned());
+            return false;
+        };
+        let is_next = next.eq_ignore_ascii_case(word);
         self.next += usize::from(is_next);
         is_next
+    }
+
+    /// The words with which the sentence may go on, once the grammar has read it to its end.
+    pub(super) fn into_continuations(self) -> Vec<String> {
+        self.continuations
     }
 
     /// Consumes the next word, which must be `word`.
@@ -154,6 +169,24 @@ impl<'t> Lexer<'t> {
     fn check(&self, start: usize, is_valid: bool, value: f64, message: impl Fn() -> String) -> Parsed<f64> {
         // The reader is already past the unit, but the mistake is in the number.
         if is_valid { Ok(value) } else { Err(self.error_at(start, message())) }
+    }
+
+    /// A link's capacity above 0, `20 samples/s`.
+    pub(super) fn samples_per_s(&mut self) -> Parsed<f64> {
+        let what = "a capacity above 0, such as 20 samples/s";
+        let start = self.next;
+        let number = self.number(what)?;
+        ["samples", "/", "s"].into_iter().try_for_each(|word| self.expect(word))?;
+        let range = f64::MIN_POSITIVE..=SAMPLES_PER_S_MAX;
+        self.check(start, range.contains(&number), number, || {
+            format!("out of range, expected {what}, of at most {SAMPLES_PER_S_MAX}")
+        })
+    }
+
+    /// The places of a queue.
+    pub(super) fn places(&mut self) -> Parsed<u32> {
+        let what = format!("the places of the queue, from 1 to {PLACES_MAX}");
+        self.parse_next(&what, |word| word.parse().ok().filter(|places| (1..=PLACES_MAX).contains(places)))
     }
 
     fn number(&mut self, what: &str) -> Parsed<f64> {

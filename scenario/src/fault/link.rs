@@ -61,8 +61,25 @@ pub enum LinkImpairment {
         /// Probability that a sample passes a good link (`netem` takes the loss, `1-k`).
         k: f64,
     },
+    /// Losses in bursts, by what can be measured: a [`Gilbert`](Self::Gilbert) link whose bad state loses every sample.
+    GilbertBurst {
+        /// Share of samples lost in the long run, from 0 to below 1.
+        loss: f64,
+        /// Mean duration of a burst of losses, in seconds; at least a tick.
+        burst_s: f64,
+    },
     /// Every sample is lost.
     Blackout,
+    /// Each sample is damaged on the way with this probability. The receiver notices and drops it.
+    Corrupt(f64),
+    /// The link carries this many samples a second. The others wait in its queue; once that is full, the oldest is
+    /// dropped.
+    Rate {
+        /// Capacity in samples a second, above 0.
+        samples_per_s: f64,
+        /// Places in the queue, at least one.
+        queue: u32,
+    },
     /// Each sample arrives again one tick later, with this probability.
     Duplicate(f64),
     /// Each sample is held back with this probability, so that later samples overtake it.
@@ -129,6 +146,30 @@ pub enum Delay {
     Trace(Vec<f64>),
     /// Path of a file with a [`Trace`](Self::Trace); [`trace::read_all`](super::trace::read_all) loads it.
     File(String),
+}
+
+/// A Gilbert chain's probabilities per tick: good to bad, and bad to good.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BurstChain {
+    /// Probability that a good link turns bad.
+    pub p: f64,
+    /// Probability that a bad link turns good.
+    pub r: f64,
+}
+
+impl BurstChain {
+    /// The chain that loses the share `loss` of all samples in bursts of `burst_s` on average, at `rate_hz` ticks a second.
+    ///
+    /// A bad state lasts 1 / r ticks on average, and the chain is in it for p / (p + r) of the time (Gilbert, *Capacity of
+    /// a Burst-Noise Channel*, 1960). `None` if no such chain exists: bursts shorter than a tick, or good times shorter
+    /// than a tick between them.
+    pub fn new(loss: f64, burst_s: f64, rate_hz: u32) -> Option<Self> {
+        let r = 1.0 / (burst_s * f64::from(rate_hz));
+        let p = r * loss / (1.0 - loss);
+        // A burst of one tick may come out a rounding error above 1.
+        let is_possible = r <= 1.0 + 1e-9 && p <= 1.0 + 1e-9;
+        (loss < 1.0 && is_possible).then_some(Self { p: p.min(1.0), r: r.min(1.0) })
+    }
 }
 
 impl Links {

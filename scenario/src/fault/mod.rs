@@ -8,6 +8,7 @@
 
 mod display;
 mod grammar;
+mod idle;
 mod lexer;
 mod link;
 mod refusal;
@@ -16,8 +17,10 @@ pub mod schedule;
 mod tests;
 pub mod trace;
 
+pub use grammar::next_words;
+pub use idle::{idle_reason, rounded_delay};
 pub use lexer::FaultSyntaxError;
-pub use link::{Delay, LinkImpairment, Links, Receiver, Sender};
+pub use link::{BurstChain, Delay, LinkImpairment, Links, Receiver, Sender};
 
 use serde::{Deserialize, Serialize};
 

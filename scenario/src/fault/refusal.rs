@@ -2,7 +2,7 @@
 //!
 //! Never knows the state of a run: whether a process is there to be killed is the launcher's question.
 
-use super::{Action, ProcessFault, Targets};
+use super::{Action, BurstChain, LinkImpairment, ProcessFault, Targets};
 
 impl Action {
     /// Why this action is impossible in a swarm of `uavs`, or `None` if it is possible.
@@ -11,6 +11,23 @@ impl Action {
             Self::Process { fault, targets } => fault.refusal(targets).or_else(|| targets.refusal(uavs)),
             Self::Link { links, .. } | Self::Heal(links) => unknown_uav(&links.named_uavs(), uavs),
         }
+    }
+}
+
+impl Action {
+    /// Why this action is impossible at `rate_hz` ticks a second, or `None` if it is possible.
+    pub fn refusal_at(&self, rate_hz: u32) -> Option<String> {
+        let Self::Link { impairment: LinkImpairment::GilbertBurst { loss, burst_s }, .. } = self else {
+            return None;
+        };
+        let why = if *loss >= 1.0 {
+            "a link that loses every sample has no bursts: use blackout".into()
+        } else if burst_s * f64::from(rate_hz) < 1.0 - 1e-9 {
+            format!("bursts are shorter than a tick at {rate_hz} Hz: give longer ones, or use loss")
+        } else {
+            "the losses are too many for bursts of this length: give longer bursts or a smaller loss".into()
+        };
+        BurstChain::new(*loss, *burst_s, rate_hz).is_none().then_some(why)
     }
 }
 

@@ -4,11 +4,13 @@
 //! Never depends on how a run goes: the same faults, seed and swarm give the same schedule in every process.
 
 use super::{Action, Fault, LinkImpairment, Links, ProcessFault, Targets};
-use ringwing_flight::{Event, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
+use ringwing_flight::{Event, LinkSource, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
 
 /// One thing to do to one process.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScheduledAction {
+    /// Which of the run's faults asks for it, counted from 1 in the order of the scenario; added ones come last.
+    pub number: u32,
     /// The action takes effect before this tick opens.
     pub tick: Tick,
     /// The process.
@@ -22,6 +24,8 @@ pub struct ScheduledAction {
 /// An impairment of links and the ticks for which it lasts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkFault {
+    /// Which of the run's faults it is, counted from 1 in the order of the scenario; added ones come last.
+    pub number: u32,
     /// The first tick whose samples are impaired.
     pub begin: Tick,
     /// The first tick whose samples are no longer impaired; `None` if the fault lasts to the end.
@@ -39,11 +43,18 @@ impl LinkFault {
     pub fn is_on(&self, tick: Tick) -> bool {
         is_on(self.begin, self.end, tick)
     }
+
+    /// Whether it concerns the link from `source` to `to`, a link that a UAV may listen on.
+    pub fn concerns(&self, source: LinkSource, to: UavId) -> bool {
+        source != LinkSource::uav(to) && self.links.includes(source, to)
+    }
 }
 
 /// A process that answers late, and the ticks for which it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowAnswers {
+    /// Which of the run's faults it is, counted from 1 in the order of the scenario; added ones come last.
+    pub number: u32,
     /// The process.
     pub part: Part,
     /// The first tick with a late answer.
@@ -80,10 +91,17 @@ pub struct FaultSchedule<'f> {
 
 /// A process fault with its tick and the processes that it names or draws.
 struct AssignedFault {
+    number: u32,
     tick: Tick,
     fault: ProcessFault,
     parts: Vec<Part>,
     sentence: String,
+}
+
+/// The link faults of a run, and what their healings found.
+struct LinkTimeline {
+    faults: Vec<LinkFault>,
+    idle_healings: Vec<u32>,
 }
 
 /// Separates these draws from all others of the seed ("target" in ASCII). Another value would draw other targets.
@@ -107,11 +125,16 @@ impl FaultSchedule<'_> {
     /// What to do to processes, in order of ticks, and within a tick in order of the faults.
     pub fn scheduled_actions(&self) -> Vec<ScheduledAction> {
         let mut all = Vec::new();
-        for AssignedFault { tick, fault, parts, sentence } in self.process_faults() {
+        for AssignedFault { number, tick, fault, parts, sentence } in self.process_faults() {
             let steps = self.steps(fault, tick);
             for part in parts {
-                let scheduled =
-                    |&(tick, action)| ScheduledAction { tick, part, action, sentence: sentence.clone() };
+                let scheduled = |&(tick, action)| ScheduledAction {
+                    number,
+                    tick,
+                    part,
+                    action,
+                    sentence: sentence.clone(),
+                };
                 all.extend(steps.iter().map(scheduled));
             }
         }
@@ -122,7 +145,7 @@ impl FaultSchedule<'_> {
     fn process_faults(&self) -> Vec<AssignedFault> {
         let mut all = Vec::new();
         let mut draw_ticks = Vec::new();
-        for requested in self.faults {
+        for (number, requested) in (1..).zip(self.faults) {
             let Action::Process { fault, targets } = &requested.action else { continue };
             let tick = self.tick(requested.at_s);
             // Only draws have ranks, so faults with named targets leave the draws as they are.
@@ -131,7 +154,8 @@ impl FaultSchedule<'_> {
                 draw_ticks.push(tick);
             }
             let parts = self.parts(targets, tick, rank as u64);
-            all.push(AssignedFault { tick, fault: *fault, parts, sentence: requested.action.to_string() });
+            let sentence = requested.action.to_string();
+            all.push(AssignedFault { number, tick, fault: *fault, parts, sentence });
         }
         all
     }
@@ -182,33 +206,46 @@ impl FaultSchedule<'_> {
 
     /// The link faults in order of time. A healed fault ends at the tick of its healing.
     pub fn link_faults(&self) -> Vec<LinkFault> {
-        let mut all: Vec<LinkFault> = Vec::new();
-        let mut in_order: Vec<&Fault> = self.faults.iter().collect();
+        self.link_timeline().faults
+    }
+
+    /// The numbers of the healings that have nothing to heal, counted as in [`LinkFault::number`].
+    pub fn idle_healings(&self) -> Vec<u32> {
+        self.link_timeline().idle_healings
+    }
+
+    fn link_timeline(&self) -> LinkTimeline {
+        let (mut all, mut idle_healings) = (Vec::new(), Vec::new());
+        let mut in_order: Vec<(u32, &Fault)> = (1..).zip(self.faults).collect();
         // A stable sort: at equal times, a `heal` ends only the faults that the scenario lists before it.
-        in_order.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
-        for fault in in_order {
+        in_order.sort_by(|(_, a), (_, b)| a.at_s.total_cmp(&b.at_s));
+        for (number, fault) in in_order {
             let begin = self.tick(fault.at_s);
             match &fault.action {
                 Action::Link { links, impairment, for_s } => all.push(LinkFault {
+                    number,
                     begin,
                     end: for_s.map(|for_s| self.tick_after(begin, for_s)),
                     links: links.clone(),
                     impairment: impairment.clone(),
                     sentence: fault.action.to_string(),
                 }),
-                Action::Heal(links) => heal(&mut all, links, begin),
+                Action::Heal(links) => {
+                    let count = heal(&mut all, links, begin);
+                    idle_healings.extend((count == 0).then_some(number));
+                }
                 Action::Process { .. } => {}
             }
         }
-        all
+        LinkTimeline { faults: all, idle_healings }
     }
 
     /// The processes that answer late, and when.
     pub fn slow_answers(&self) -> Vec<SlowAnswers> {
-        let slow = |AssignedFault { tick: begin, fault, parts, .. }: AssignedFault| {
+        let slow = |AssignedFault { number, tick: begin, fault, parts, .. }: AssignedFault| {
             let ProcessFault::Slow { by_s, for_s } = fault else { return Vec::new() };
             let end = for_s.map(|for_s| self.tick_after(begin, for_s));
-            parts.into_iter().map(|part| SlowAnswers { part, begin, end, by_s }).collect()
+            parts.into_iter().map(|part| SlowAnswers { number, part, begin, end, by_s }).collect()
         };
         self.process_faults().into_iter().flat_map(slow).collect()
     }
@@ -234,10 +271,16 @@ impl FaultSchedule<'_> {
 }
 
 /// Ends those of `faults` that are on at `tick` and concern exactly `links`, or any links if those are [`Links::All`].
-fn heal(faults: &mut [LinkFault], links: &Links, tick: Tick) {
+/// Returns how many.
+fn heal(faults: &mut [LinkFault], links: &Links, tick: Tick) -> usize {
     let is_healed =
         |fault: &&mut LinkFault| fault.is_on(tick) && (*links == Links::All || *links == fault.links);
-    faults.iter_mut().filter(is_healed).for_each(|fault| fault.end = Some(tick));
+    let mut count = 0;
+    for fault in faults.iter_mut().filter(is_healed) {
+        fault.end = Some(tick);
+        count += 1;
+    }
+    count
 }
 
 fn healed(tick: Tick, sentence: String) -> TimedEvent {

@@ -31,6 +31,10 @@ fn every_spelling_of_a_fault_is_written_back_in_one_form() {
         ("link all->all delay trace {20 ms,0.035 s}", "link all->all delay trace {20 ms, 35 ms}"),
         ("link own->3 loss 0.3", "link own->3 loss 30 %"),
         ("link leader->all gilbert 1% 10%", "link leader->all gilbert 1 % 10 % 0 1"),
+        ("link 2->3 gilbert loss 5% burst 80ms", "link 2->3 gilbert loss 5 % burst 80 ms"),
+        ("link 2->3 corrupt 0.1", "link 2->3 corrupt 10 %"),
+        ("link 2->3 rate 20 samples / s", "link 2->3 rate 20 samples/s queue 10"),
+        ("link 2->3 rate 0.5 samples/s queue 3 for 1 s", "link 2->3 rate 0.5 samples/s queue 3 for 1 s"),
         ("link all reorder 25 %", "link all reorder 25 % by 50 ms"),
         ("link all duplicate 20%", "link all duplicate 20 %"),
         ("link 4->2 bias x 3 m heading 5 deg", "link 4->2 bias x 3 m y 0 m heading 5 deg"),
@@ -73,11 +77,11 @@ fn a_syntax_error_names_the_word_and_what_was_expected() {
         ("link 2>3 loss 3 %", "word 3, \">\": expected ->"),
         (
             "link 2->3",
-            "after \"3\": expected delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
+            "after \"3\": expected delay, loss, gilbert, blackout, corrupt, rate, duplicate, reorder, hold, stuck, bias or noise",
         ),
         (
             "link 2->3 dealy 3 s",
-            "word 5, \"dealy\": did you mean delay? Expected delay, loss, gilbert, blackout, duplicate, reorder, hold, stuck, bias or noise",
+            "word 5, \"dealy\": did you mean delay? Expected delay, loss, gilbert, blackout, corrupt, rate, duplicate, reorder, hold, stuck, bias or noise",
         ),
         (
             "link 2->3 loss 30",
@@ -88,6 +92,20 @@ fn a_syntax_error_names_the_word_and_what_was_expected() {
             "word 6, \"soon\": expected a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"",
         ),
         ("link 2->3 delay 1 s pareto 1 s shape 1", "word 12, \"1\": not above 1, expected a shape such as 3"),
+        (
+            "link 2->3 gilbert",
+            "after \"gilbert\": expected loss, as in: gilbert loss 5 % burst 80 ms; or two probabilities, as in: gilbert 1 % 10 %",
+        ),
+        ("link 2->3 gilbert loss 5 %", "after \"%\": expected burst"),
+        (
+            "link 2->3 rate 0 samples/s",
+            "word 6, \"0\": out of range, expected a capacity above 0, such as 20 samples/s, of at most 1000000",
+        ),
+        ("link 2->3 rate 20 Hz", "word 7, \"Hz\": expected samples"),
+        (
+            "link 2->3 rate 20 samples/s queue 0",
+            "word 11, \"0\": expected the places of the queue, from 1 to 10000",
+        ),
         ("partition {1,2}", "after \"}\": expected |"),
         ("partition {1,2}|{2}", "after \"}\": expected each UAV once, but uav 2 is named twice"),
         ("heal uav 3", "word 2, \"uav\": expected all, link, partition or isolate"),
@@ -113,6 +131,24 @@ fn a_fault_that_the_swarm_cannot_have_is_refused_with_the_reason() {
     assert!(action("freeze world for 1 s").refusal(6).unwrap().starts_with("the world keeps time"));
     assert!(action("slow leader by 20 ms").refusal(6).unwrap().contains("link leader->all delay 20 ms"));
     assert!(action("slow recorder by 20 ms").refusal(6).unwrap().ends_with("freeze it instead"));
+}
+
+#[test]
+fn bursts_that_no_chain_has_at_the_rate_of_the_run_are_refused() {
+    for (text, rate_hz, why) in [
+        ("link all gilbert loss 5 % burst 80 ms", 100, None),
+        ("link all gilbert loss 5 % burst 10 ms", 100, None),
+        ("link all gilbert loss 50 % burst 10 ms", 100, None),
+        ("link all gilbert loss 0 % burst 80 ms", 100, None),
+        ("link all gilbert loss 5 % burst 9 ms", 100, Some("shorter than a tick at 100 Hz")),
+        ("link all gilbert loss 60 % burst 10 ms", 100, Some("too many for bursts of this length")),
+        ("link all gilbert loss 100 % burst 1 s", 100, Some("use blackout")),
+        ("link all gilbert 5 % 10 %", 100, None),
+    ] {
+        let refusal = action(text).refusal_at(rate_hz);
+        assert_eq!(refusal.is_some(), why.is_some(), "{text}: {refusal:?}");
+        assert!(why.is_none_or(|why| refusal.as_ref().unwrap().contains(why)), "{text}: {refusal:?}");
+    }
 }
 
 #[test]
@@ -306,7 +342,11 @@ fn impairment() -> impl Strategy<Value = LinkImpairment> {
         probability().prop_map(LinkImpairment::Loss),
         (probability(), probability(), probability(), probability())
             .prop_map(|(p, r, h, k)| LinkImpairment::Gilbert { p, r, h, k }),
+        (probability(), time()).prop_map(|(loss, burst_s)| LinkImpairment::GilbertBurst { loss, burst_s }),
         Just(LinkImpairment::Blackout),
+        probability().prop_map(LinkImpairment::Corrupt),
+        (time(), 1..=10_000_u32)
+            .prop_map(|(samples_per_s, queue)| LinkImpairment::Rate { samples_per_s, queue }),
         Just(LinkImpairment::Hold),
         Just(LinkImpairment::Stuck),
         probability().prop_map(LinkImpairment::Duplicate),
@@ -360,4 +400,15 @@ proptest! {
         let count = |action| actions.iter().filter(|one| one.action == action).count();
         prop_assert_eq!(count(ProcessAction::Freeze), count(ProcessAction::Thaw));
     }
+}
+
+#[test]
+fn the_words_that_may_follow_come_from_the_grammar() {
+    assert!(next_words("").contains(&"kill".to_owned()) && next_words("").contains(&"at".to_owned()));
+    assert_eq!(next_words("freeze uav 3"), ["for"]);
+    assert_eq!(next_words("at 30"), ["s", "ms"]);
+    assert_eq!(next_words("at 30 s restart random 2"), ["uavs", "uav"]);
+    assert_eq!(next_words("link leader->"), ["all"]);
+    assert!(next_words("link all").contains(&"blackout".to_owned()));
+    assert_eq!(next_words("kill nobody"), [""; 0]);
 }

@@ -103,4 +103,7 @@ pub struct RequirementsSection {
     /// Whether chance may have no part in the flight: neither real time, nor faults asked for during the flight, nor
     /// anything from outside the run.
     pub repeatable: bool,
+    /// Every fault must have had an effect.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub faults_act: bool,
 }

@@ -24,6 +24,7 @@ pub(crate) fn scenario() -> Scenario {
             separation_min_m: Some(10.0),
             settling_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
+            faults_act: true,
             turn_rate_saturated_share_max: Some(0.5),
             ..RequirementsSection::default()
         },
@@ -59,8 +60,8 @@ pub(super) fn at(key: &str) -> Option<&'static DeValue<'static>> {
     })
 }
 
-/// Every key outside lists of sections.
-pub(super) fn keys() -> Vec<String> {
+/// Every key outside lists of sections, as `--set` takes it: `airframe.speed_max_m_s`.
+pub fn keys() -> Vec<String> {
     let mut keys = Vec::new();
     collect_keys(tree(), "", &mut keys);
     keys

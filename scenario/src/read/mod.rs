@@ -19,6 +19,7 @@ mod syntax;
 mod tests;
 mod tree;
 
+pub use example::keys;
 #[cfg(test)]
 pub(crate) use example::scenario as example_scenario;
 pub use problem::{Place, Problem, ScenarioError};
@@ -26,12 +27,12 @@ pub use setting::Setting;
 pub use source::Source;
 
 use crate::{
-    Fault, Scenario,
-    fault::trace,
+    Fault, Scenario, fault_check,
     validate::{self, Violation},
 };
 use origin::Origins;
 use serde::Deserialize;
+use std::path::Path;
 use toml::{
     Spanned,
     de::{DeTable, DeValue, Error, ValueDeserializer},
@@ -63,23 +64,81 @@ impl Scenario {
         Self::read(&Source { name: "scenario.toml".into(), text: text.into() }, &[])
     }
 
-    /// Adds the faults of `--fault`, and loads every delay file that a fault names.
+    /// Adds the faults of `--fault`, and loads the delay files that they name; relative paths count from the working
+    /// folder.
     ///
     /// # Errors
     /// A fault is impossible in this swarm, or a delay file cannot be loaded.
     pub fn with_faults(mut self, faults: &[Fault]) -> Result<Self, ScenarioError> {
-        let problem = |fault: &Fault| {
-            let message = fault.action.refusal(self.formation.uavs)?;
-            let place = Place::Setting(format!("--fault \"{fault}\""));
-            Some(Problem { scenario: self.name.clone(), place, key: None, message })
+        let name = self.name.clone();
+        let problem = |fault: &Fault, message| Problem {
+            scenario: name.clone(),
+            place: fault_flag(fault),
+            key: None,
+            message,
         };
-        let problems: Vec<_> = faults.iter().filter_map(problem).collect();
-        if !problems.is_empty() {
-            return Err(problems.into());
+        let mut problems = Vec::new();
+        for fault in faults {
+            let mut loaded = fault.clone();
+            let refusal = self.refusal_of(fault).or_else(|| loaded.action.load_delays(Path::new("")).err());
+            problems.extend(refusal.map(|message| problem(fault, message)));
+            self.faults.push(loaded);
         }
-        self.faults.extend_from_slice(faults);
-        trace::read_all(&mut self.faults).map_err(|error| Problem::of_scenario(&self.name, error))?;
+        if problems.is_empty() { Ok(self) } else { Err(problems.into()) }
+    }
+}
+
+/// Where a fault of the command line was written.
+fn fault_flag(fault: &Fault) -> Place {
+    Place::Setting(format!("--fault \"{fault}\""))
+}
+
+/// A scenario with the places at which its faults were written, for warnings about them.
+#[derive(Debug, Clone)]
+pub struct Reading {
+    /// The scenario.
+    pub scenario: Scenario,
+    /// Its name in messages: the preset's name or the file's path.
+    name: String,
+    /// The place of each fault, in the scenario's order.
+    fault_places: Vec<Place>,
+}
+
+impl Reading {
+    /// Reads a scenario as [`Scenario::read`] does.
+    ///
+    /// # Errors
+    /// As [`Scenario::read`].
+    pub fn read(source: &Source, settings: &[Setting]) -> Result<Self, ScenarioError> {
+        let mut reader = ScenarioReader::new(source, settings);
+        let scenario = reader.read();
+        let fault_places = std::mem::take(&mut reader.fault_places);
+        Ok(Self { scenario: reader.finish(scenario)?, name: source.name.clone(), fault_places })
+    }
+
+    /// Adds the faults of `--fault`.
+    ///
+    /// # Errors
+    /// As [`Scenario::with_faults`].
+    pub fn with_faults(mut self, faults: &[Fault]) -> Result<Self, ScenarioError> {
+        self.scenario = self.scenario.with_faults(faults)?;
+        self.fault_places.extend(faults.iter().map(fault_flag));
         Ok(self)
+    }
+
+    /// A warning about each fault that can have no effect, and about each delay that rounding changes noticeably.
+    pub fn warnings(&self) -> Vec<Problem> {
+        let place = |number: u32| {
+            let place = self.fault_places.get(number as usize - 1).cloned();
+            place.unwrap_or(Place::Scenario)
+        };
+        let problem = |(number, message): (u32, String)| Problem {
+            scenario: self.name.clone(),
+            place: place(number),
+            key: None,
+            message,
+        };
+        fault_check::warnings(&self.scenario).into_iter().map(problem).collect()
     }
 }
 
@@ -92,12 +151,21 @@ struct ScenarioReader<'s> {
     problems: Vec<(Option<usize>, Problem)>,
     /// Keys whose values are known to be wrong: a replacement stands in for each, so later checks must ignore them.
     wrong_keys: Vec<String>,
+    /// Where each fault of the scenario was written.
+    fault_places: Vec<Place>,
 }
 
 impl<'s> ScenarioReader<'s> {
     fn new(source: &'s Source, settings: &'s [Setting]) -> Self {
         let origins = Origins::new(&source.text, settings);
-        Self { source, settings, origins, problems: Vec::new(), wrong_keys: Vec::new() }
+        Self {
+            source,
+            settings,
+            origins,
+            problems: Vec::new(),
+            wrong_keys: Vec::new(),
+            fault_places: Vec::new(),
+        }
     }
 
     /// The scenario as far as it can be read; it is valid only if no problem was reported.
@@ -121,7 +189,8 @@ impl<'s> ScenarioReader<'s> {
         if !starts_apply {
             remove_listed_starts(tree.get_mut());
         }
-        let scenario = self.deserialize(tree, given.get_ref())?;
+        let mut scenario = self.deserialize(tree, given.get_ref())?;
+        self.read_delay_files(&mut scenario, given.get_ref());
         self.validate(&scenario, given.get_ref());
         Some(scenario)
     }
@@ -213,6 +282,25 @@ impl<'s> ScenarioReader<'s> {
             let message = syntax::refused_value(error.message(), lookup(given, &key).value, &key, wanted);
             self.report(position(&error), Some(key.clone()), message);
             tree::put(&mut tree, &key, Spanned::new(0..0, wanted.clone())).ok()?;
+        }
+    }
+
+    /// Replaces the delay files that faults name by their content, and notes where each fault was written.
+    ///
+    /// A path in a file counts from the folder of that file, and one in an override from the working folder, as in any
+    /// other argument.
+    fn read_delay_files(&mut self, scenario: &mut Scenario, given: &DeValue<'_>) {
+        let folder = self.source.folder();
+        for (index, fault) in scenario.faults.iter_mut().enumerate() {
+            let key = format!("faults.{index}.do");
+            let position = lookup(given, &key).position;
+            let place = position.map_or(Place::Scenario, |position| self.origins.place(position));
+            let is_override = matches!(place, Place::Setting(_));
+            self.fault_places.push(place);
+            let folder = if is_override { Path::new("") } else { &*folder };
+            if let Err(message) = fault.action.load_delays(folder) {
+                self.report(position, Some(key), message);
+            }
         }
     }
 

@@ -41,7 +41,8 @@ impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.place {
             Place::Scenario => write!(f, "scenario \"{}\": ", self.scenario)?,
-            Place::Line(line) => write!(f, "scenario \"{}\", line {line}: ", self.scenario)?,
+            // Editors and terminals find the place of a mistake in this form.
+            Place::Line(line) => write!(f, "{}:{line}: ", self.scenario)?,
             Place::Setting(written) => write!(f, "{written}: ")?,
         }
         if let Some(key) = &self.key {

@@ -4,6 +4,7 @@
 
 use super::{example, hint};
 use crate::key;
+use ringwing_flight::counted;
 use toml::{
     Spanned,
     de::{DeArray, DeString, DeTable, DeValue},
@@ -150,10 +151,7 @@ fn describe(value: &DeValue<'_>) -> String {
 }
 
 fn describe_list(list: &DeArray<'_>) -> String {
-    match list.len() {
-        1 => "this is a list of 1 item".into(),
-        count => format!("this is a list of {count} items"),
-    }
+    format!("this is a list of {}", counted(list.len(), "item"))
 }
 
 /// `text` in quotes on one line; a long text is cut.

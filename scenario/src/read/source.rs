@@ -3,11 +3,11 @@
 //! Never parses it.
 
 use super::problem::{Problem, ScenarioError};
-use crate::preset;
+use crate::{preset, spelling};
 use std::{
     fs::File,
     io::{self, Read},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 /// Largest scenario file in bytes. A scenario has a page or two; a larger limit would let a device or a log that was
@@ -38,6 +38,15 @@ impl Source {
     }
 }
 
+impl Source {
+    /// The folder from which relative paths in the text count: that of the file; the working folder for a preset.
+    pub(super) fn folder(&self) -> PathBuf {
+        let is_preset = preset::all().iter().any(|preset| preset.name == self.name);
+        let folder = Path::new(&self.name).parent().filter(|_| !is_preset);
+        folder.map_or_else(PathBuf::new, Path::to_path_buf)
+    }
+}
+
 fn read_text(path: &str) -> Result<String, String> {
     let bytes = read_bytes(Path::new(path)).map_err(|error| io_message(path, &error))?;
     if bytes.len() as u64 > BYTES_MAX {
@@ -62,8 +71,13 @@ fn io_message(path: &str, error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => {
             let presets: Vec<_> = preset::all().iter().map(|preset| preset.name).collect();
+            let meant = spelling::nearest(path, presets.iter().copied(), |preset| preset);
+            let start = match meant {
+                Some(preset) => format!("did you mean {preset}? There"),
+                None => "there".into(),
+            };
             format!(
-                "there is no such preset, and no such file{}: give a preset ({}) or the path of a scenario file",
+                "{start} is no such preset, and no such file{}: give a preset ({}) or the path of a scenario file",
                 searched_folder(path),
                 presets.join(", ")
             )
@@ -110,12 +124,18 @@ mod tests {
         assert_eq!(
             refusal("paper-4.3"),
             format!(
-                "scenario \"paper-4.3\": there is no such preset, and no such file in {}: give a preset (paper-4.1, paper-4.2, dropout, \
+                "scenario \"paper-4.3\": did you mean paper-4.2? There is no such preset, and no such file in {}: give a preset (paper-4.1, paper-4.2, dropout, \
                  dropout-return, delay, lossy, partition, leader-loss, storm) or the path of a scenario file",
                 folder.display()
             )
         );
-        assert!(!refusal("/nowhere/x.toml").contains(&folder.display().to_string()));
+        let far = refusal("/nowhere/x.toml");
+        assert!(!far.contains(&folder.display().to_string()) && !far.contains("did you mean"), "{far}");
+        for (wrong, meant) in
+            [("strom", "storm"), ("paper4.1", "paper-4.1"), ("dropout_return", "dropout-return")]
+        {
+            assert!(refusal(wrong).contains(&format!("did you mean {meant}?")), "{wrong}");
+        }
     }
 
     #[test]

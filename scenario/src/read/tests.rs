@@ -45,18 +45,18 @@ braking_distance_m = 20
     assert_eq!(
         problems(text, &settings),
         r#"
-scenario "wind.toml", line 2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-scenario "wind.toml", line 3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
-scenario "wind.toml", line 5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
-scenario "wind.toml", line 6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
-scenario "wind.toml", line 8: formation.uavs: 2 is outside 3 to 1024: give a value in this range
-scenario "wind.toml", line 10: control.law: "tenacious" is not known: give "paper" or "resilient"
-scenario "wind.toml", line 11: control.dead_reckoning: "half" is not known: give one of "off", "tick", "full"
-scenario "wind.toml", line 13: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
-scenario "wind.toml", line 14: airframe.speed_min_km_h: no such key; did you mean speed_min_m_s, in m/s?
-scenario "wind.toml", line 16: leader.start_m: NaN is not finite: give two numbers of metres, such as [900.0, 42.0]
-scenario "wind.toml", line 17: obstacles.0.braking_distance_m: missing: give a number of metres without a unit, such as 20.0
-scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above radius_m 30 m: give a larger value
+wind.toml:2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
+wind.toml:3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
+wind.toml:5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
+wind.toml:6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
+wind.toml:8: formation.uavs: 2 is outside 3 to 1024: give a value in this range
+wind.toml:10: control.law: "tenacious" is not known: give "paper" or "resilient"
+wind.toml:11: control.dead_reckoning: "half" is not known: give one of "off", "tick", "full"
+wind.toml:13: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
+wind.toml:14: airframe.speed_min_km_h: no such key; did you mean speed_min_m_s, in m/s?
+wind.toml:16: leader.start_m: NaN is not finite: give two numbers of metres, such as [900.0, 42.0]
+wind.toml:17: obstacles.0.braking_distance_m: missing: give a number of metres without a unit, such as 20.0
+wind.toml:25: obstacles.1.braking_distance_m: 20 m is not above radius_m 30 m: give a larger value
 --set speed_m_s=-3: leader.speed_m_s: -3 m/s is below airframe.speed_min_m_s 12 m/s: give a larger value
 --set time.real_tiem=true: time.real_tiem: no such key; did you mean real_time?
 --set replacements=-1: supervision.replacements: -1 is out of range: give a whole number, such as 10
@@ -70,7 +70,7 @@ scenario "wind.toml", line 25: obstacles.1.braking_distance_m: 20 m is not above
 fn a_rate_of_zero_is_one_mistake() {
     assert_eq!(
         problems("time.rate_hz = 0", &[]),
-        "scenario \"wind.toml\", line 1: time.rate_hz: 0 Hz is outside 1 to 1000 Hz: give a value in this range"
+        "wind.toml:1: time.rate_hz: 0 Hz is outside 1 to 1000 Hz: give a value in this range"
     );
 }
 
@@ -135,7 +135,7 @@ fn a_violation_of_two_values_is_blamed_on_the_one_set_last() {
     );
     assert_eq!(
         problems("\n[airframe]\nspeed_min_m_s = 15.5", &[]),
-        "scenario \"wind.toml\", line 3: airframe.speed_min_m_s: 15.5 m/s is above leader.speed_m_s 15 m/s: give a smaller value"
+        "wind.toml:3: airframe.speed_min_m_s: 15.5 m/s is above leader.speed_m_s 15 m/s: give a smaller value"
     );
 }
 
@@ -144,8 +144,8 @@ fn a_value_that_violates_two_bounds_is_reported_twice() {
     assert_eq!(
         problems("airframe.speed_max_m_s = 10", &[]),
         r#"
-scenario "wind.toml", line 1: airframe.speed_max_m_s: 10 m/s is below leader.speed_m_s 15 m/s: give a larger value
-scenario "wind.toml", line 1: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
+wind.toml:1: airframe.speed_max_m_s: 10 m/s is below leader.speed_m_s 15 m/s: give a larger value
+wind.toml:1: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
 "#
         .trim()
     );
@@ -160,7 +160,7 @@ fn another_number_of_uavs_drops_the_listed_starts() {
     assert_eq!(
         problems(&seven, &[]),
         format!(
-            "scenario \"wind.toml\", line {line}: start.uavs: 6 starts are listed, but formation.uavs is 7: list 7 starts, \
+            "wind.toml:{line}: start.uavs: 6 starts are listed, but formation.uavs is 7: list 7 starts, \
              or none to draw them"
         )
     );
@@ -173,10 +173,10 @@ fn syntax_errors_are_reported_line_by_line() {
     assert_eq!(
         problems("name = wind\n[time]\nduration_s = 90 s\nrate_hz = 100\nrate_hz = 50\n[oops\n", &[]),
         r#"
-scenario "wind.toml", line 1: this is not a value: put text in quotes
-scenario "wind.toml", line 3: this is not a value: give a number with a decimal point and without a unit, such as 90.0
-scenario "wind.toml", line 5: this is not TOML: duplicate key
-scenario "wind.toml", line 6: this is not TOML: unclosed table, expected `]`
+wind.toml:1: this is not a value: put text in quotes
+wind.toml:3: this is not a value: give a number with a decimal point and without a unit, such as 90.0
+wind.toml:5: this is not TOML: duplicate key
+wind.toml:6: this is not TOML: unclosed table, expected `]`
 "#
         .trim()
     );
@@ -279,5 +279,75 @@ fn added_faults_must_be_possible_in_the_swarm() {
         "--fault \"at 30 s kill uav 7\": there is no uav 7: this run has UAVs 1 to 6"
     );
     let error = with("at 1 s link all delay file \"nowhere.txt\"").unwrap_err().to_string();
-    assert!(error.starts_with("scenario \"unnamed\": delay file \"nowhere.txt\": "), "{error}");
+    let flag = "--fault \"at 1 s link all delay file \"nowhere.txt\"\": ";
+    assert!(error.starts_with(&format!("{flag}delay file \"nowhere.txt\": ")), "{error}");
+    let slow = with("at 1 s slow uav 3 by 3 s").unwrap_err().to_string();
+    assert!(
+        slow.contains("uav 3 would answer 3 s late") && slow.contains("answer_timeout_s to 3.75 s"),
+        "{slow}"
+    );
+    assert!(
+        with("at 1 s link all gilbert loss 5 % burst 5 ms")
+            .unwrap_err()
+            .to_string()
+            .contains("shorter than a tick")
+    );
+}
+
+#[test]
+fn answers_that_the_world_would_not_wait_for_are_refused_in_lockstep_only() {
+    let fault = |second: &str| {
+        format!("faults = [\n{{ at_s = 1.0, do = \"slow uav 3 by 1 s for 2 s\" }},\n{second}\n]")
+    };
+    let together = fault("{ at_s = 2.0, do = \"slow all uavs by 1 s\" }");
+    let error = read(&together, &[]).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "scenario \"wind.toml\", line 3: faults.1.do: uav 3 would answer 2 s late, and in lockstep the world gives up a \
+         process after supervision.answer_timeout_s 2 s: slow it by at most 1.6 s, or set answer_timeout_s to 2.5 s"
+    );
+    assert!(read(&together, &["answer_timeout_s=2.5"]).is_ok());
+    assert!(read(&together, &["real_time=true"]).is_ok());
+    assert!(
+        read(&fault("{ at_s = 3.0, do = \"slow all uavs by 1 s\" }"), &[]).is_ok(),
+        "one after the other"
+    );
+}
+
+#[test]
+fn a_delay_file_counts_from_the_folder_of_its_scenario_and_its_errors_have_both_lines() {
+    let folder = std::env::temp_dir().join(format!("ringwing-reader-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("wifi.txt"), "0.02\n1e300\n").unwrap();
+    let path = folder.join("wind.toml");
+    let text = "seed = 7\n[[faults]]\nat_s = 1.0\ndo = \"link 2->3 delay file \\\"wifi.txt\\\"\"\n";
+    let source = Source { name: path.display().to_string(), text: text.into() };
+    let error = Scenario::read(&source, &[]).unwrap_err().to_string();
+    let expected = format!(
+        "scenario \"{0}/wind.toml\", line 4: faults.0.do: delay file \"{0}/wifi.txt\", line 2: \"1e300\" is outside 0 to 86400 s",
+        folder.display()
+    );
+    assert!(error.starts_with(&expected), "{error}");
+    std::fs::write(folder.join("wifi.txt"), "\u{feff}0.02\r\n").unwrap();
+    let scenario = Scenario::read(&source, &[]).unwrap();
+    assert_eq!(scenario.faults[0].action.to_string(), "link 2->3 delay trace {20 ms}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_warning_names_the_line_or_the_flag_of_a_fault_that_can_have_no_effect() {
+    let text = "[time]\nduration_s = 10.0\n[[faults]]\nat_s = 1.0\ndo = \"link 2->5 blackout\"\n";
+    let source = Source { name: "wind.toml".into(), text: text.into() };
+    let reading = Reading::read(&source, &[]).unwrap();
+    let added = ["at 2 s kill uav 3".parse().unwrap(), "at 30 s kill uav 4".parse().unwrap()];
+    let warnings = reading.with_faults(&added).unwrap().warnings();
+    let lines: Vec<String> = warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        lines,
+        [
+            "scenario \"wind.toml\", line 5: the fault will have no effect: uav 2 and uav 5 are not ring neighbours, so \
+             they do not listen to each other",
+            "--fault \"at 30 s kill uav 4\": the fault will have no effect: it begins at 30 s, and the flight ends at 10 s",
+        ]
+    );
 }

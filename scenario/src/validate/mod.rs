@@ -9,7 +9,7 @@ mod violation;
 
 pub(crate) use violation::Violation;
 
-use crate::Scenario;
+use crate::{Fault, Scenario, fault_check::too_slow};
 use ringwing_flight::payload::MAX_UAVS;
 use violation::{CheckedQuantity, quantity};
 
@@ -228,7 +228,7 @@ fn requirements(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     )
 }
 
-/// A fault after the end of the flight is allowed: it never happens.
+/// A fault that can have no effect is allowed; the reader of the scenario warns of it.
 fn faults(scenario: &Scenario) -> Vec<Violation> {
     let mut violations = Vec::new();
     for (index, fault) in scenario.faults.iter().enumerate() {
@@ -237,7 +237,27 @@ fn faults(scenario: &Scenario) -> Vec<Violation> {
             let action_key = format!("faults.{index}.do");
             // The number of UAVs may be to blame: an override can make the swarm too small for the faults of the file.
             violations.push(Violation::at(action_key, &*reason).or_at("formation.uavs", reason));
+        } else if let Some(reason) = rate_refusal(scenario, fault) {
+            let action_key = format!("faults.{index}.do");
+            violations.push(Violation::at(action_key, &*reason).or_at("time.rate_hz", reason));
         }
     }
+    // A fault with an impossible target has no agent to slow.
+    if violations.is_empty() {
+        violations.extend(slow_answers(scenario));
+    }
     violations
+}
+
+/// A rate of 0 has a message of its own.
+fn rate_refusal(scenario: &Scenario, fault: &Fault) -> Option<String> {
+    (scenario.time.rate_hz > 0).then(|| fault.action.refusal_at(scenario.time.rate_hz)).flatten()
+}
+
+/// Agents that would be given up because a fault slows them.
+fn slow_answers(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    too_slow(scenario).into_iter().map(|(number, reason)| {
+        let key = format!("faults.{}.do", number - 1);
+        Violation::at(key, &*reason).or_at("supervision.answer_timeout_s", reason)
+    })
 }

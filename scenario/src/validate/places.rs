@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{ObstacleSection, Scenario, StartState};
 use nalgebra::{Point2, distance};
+use ringwing_flight::counted;
 
 /// Most obstacles of a scenario. Every UAV is checked against every obstacle in every tick, so many more make the
 /// world slow.
@@ -99,8 +100,9 @@ fn number_of_starts(scenario: &Scenario) -> Option<Violation> {
     let (listed, uavs) = (scenario.start.uavs.len(), scenario.formation.uavs);
     (listed != 0 && listed != uavs as usize).then(|| {
         let remedy = format!("list {uavs} starts, or none to draw them");
-        let from_list = format!("{listed} starts are listed, but formation.uavs is {uavs}: {remedy}");
-        let from_count = format!("{uavs} UAVs are asked for, but start.uavs lists {listed} starts: {remedy}");
+        let (starts, are) = (counted(listed, "start"), if listed == 1 { "is" } else { "are" });
+        let from_list = format!("{starts} {are} listed, but formation.uavs is {uavs}: {remedy}");
+        let from_count = format!("{uavs} UAVs are asked for, but start.uavs lists {starts}: {remedy}");
         Violation::at("start.uavs", from_list).or_at("formation.uavs", from_count)
     })
 }

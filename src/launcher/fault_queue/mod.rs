@@ -28,6 +28,9 @@ use std::{
 /// In real time, how long after its announcement a requested fault begins, so that every agent has read it by then.
 /// With less time a busy agent learns of the fault too late; more only delays what the user asked for.
 const NOTICE_S: f64 = 0.1;
+/// In real time, how much later than asked an action has to be before an event says so and the rest of its fault moves with
+/// it. A shorter time reports the launcher's usual rhythm; a longer one cuts short faults in silence.
+const LATE_S: f64 = 0.1;
 /// Earlier than every tick: while this is the limit, the world holds the next tick, whichever that is.
 const BEFORE_ALL_TICKS: Tick = Tick(i64::MIN);
 
@@ -47,6 +50,8 @@ pub(super) struct FaultQueue<'a, R> {
     waiting: Vec<LiveRequest<R>>,
     /// Requests that have become faults. Each is answered once its fault is applied.
     accepted: Vec<AcceptedRequest<R>>,
+    /// Events about actions that came late, which are still to be logged.
+    late: Vec<Event>,
     /// The last tick that was released.
     released: Option<Tick>,
     /// The world may open only ticks before this one.
@@ -67,6 +72,8 @@ pub(super) struct LiveRequest<R> {
 struct AcceptedRequest<R> {
     reply: R,
     fault: Fault,
+    /// What the user should know about it.
+    warning: Option<String>,
     /// One reason for each of its actions that was refused.
     refusals: Vec<String>,
 }
@@ -93,6 +100,7 @@ impl<'a, R> FaultQueue<'a, R> {
             announcements: schedule.announcements().into_iter().map(announcement).collect(),
             waiting: Vec::new(),
             accepted: Vec::new(),
+            late: Vec::new(),
             released: None,
             free_before: BEFORE_ALL_TICKS,
         };
@@ -118,7 +126,12 @@ impl<'a, R> FaultQueue<'a, R> {
         match self.scenario.pace() {
             Pace::RealTime => unbounded,
             Pace::Lockstep if !self.waiting.is_empty() => BEFORE_ALL_TICKS,
-            Pace::Lockstep => self.due.front().map_or(unbounded, |first| first.tick),
+            Pace::Lockstep => {
+                // The end of a requested fault is logged before its tick too, so that a repeated flight has the same log.
+                let live = self.announcements.iter().find(|one| one.is_live).map(|one| one.event.tick);
+                let due = self.due.front().map(|first| first.tick);
+                due.into_iter().chain(live).min().unwrap_or(unbounded)
+            }
         }
     }
 
@@ -173,7 +186,33 @@ impl<'a, R> FaultQueue<'a, R> {
                 && parts.insert(scheduled.part)
         };
         let count = self.due.iter().take_while(joins).count().max(1);
-        self.due.drain(..count).collect()
+        let batch: Vec<_> = self.due.drain(..count).collect();
+        for scheduled in &batch {
+            self.postpone_rest(scheduled, now);
+        }
+        batch
+    }
+
+    /// If `scheduled` comes late, moves what its fault does to the same process later by as much, so that it lasts for as
+    /// long as asked.
+    fn postpone_rest(&mut self, scheduled: &ScheduledAction, now: Tick) {
+        let late_ticks = now.since(scheduled.tick);
+        let late_s = Tick(late_ticks).seconds(self.scenario.time.rate_hz);
+        // In lockstep the world waits, so nothing is late.
+        if late_s < LATE_S {
+            return;
+        }
+        let is_rest =
+            |other: &&mut ScheduledAction| other.number == scheduled.number && other.part == scheduled.part;
+        self.due.iter_mut().filter(is_rest).for_each(|other| other.tick.0 += late_ticks);
+        self.due.make_contiguous().sort_by_key(|scheduled| scheduled.tick);
+        let (part, sentence) = (scheduled.part, scheduled.sentence.clone());
+        self.late.push(Event::FaultLate { part, late_s, sentence });
+    }
+
+    /// Hands over the events about actions that came late.
+    pub(super) fn take_late(&mut self) -> Vec<Event> {
+        mem::take(&mut self.late)
     }
 
     /// Notes that `scheduled` is being applied.
@@ -229,16 +268,16 @@ impl<'a, R> FaultQueue<'a, R> {
         request: LiveRequest<R>,
         now: Tick,
     ) -> Result<Event, (LiveRequest<R>, String)> {
-        let action = match self.parse(&request.sentence, now) {
-            Ok(action) => action,
+        let begin = Tick(now.0 + self.notice_ticks());
+        let fault = match self.parse(&request.sentence, now, begin) {
+            Ok(fault) => fault,
             Err(why) => return Err((request, why)),
         };
-        let begin = Tick(now.0 + self.notice_ticks());
-        let fault = Fault { at_s: begin.seconds(self.scenario.time.rate_hz), action };
+        let warning = self.so_far().warning_about(&fault);
         let event = Event::FaultRequested { sentence: fault.to_string() };
         self.faults.push(fault.clone());
         self.enqueue(&fault);
-        self.accepted.push(AcceptedRequest { reply: request.reply, fault, refusals: Vec::new() });
+        self.accepted.push(AcceptedRequest { reply: request.reply, fault, warning, refusals: Vec::new() });
         Ok(event)
     }
 
@@ -251,18 +290,25 @@ impl<'a, R> FaultQueue<'a, R> {
         }
     }
 
-    fn parse(&self, sentence: &str, now: Tick) -> Result<Action, String> {
+    /// The scenario with all faults so far.
+    fn so_far(&self) -> Scenario {
+        Scenario { faults: self.faults.clone(), ..self.scenario.clone() }
+    }
+
+    /// The fault that `sentence` asks for at `now`, which begins at `begin`; or why it cannot be.
+    fn parse(&self, sentence: &str, now: Tick, begin: Tick) -> Result<Fault, String> {
         let action: Action = sentence.parse().map_err(|error: <Action as FromStr>::Err| error.to_string())?;
-        if let Some(why) = action.refusal(self.scenario.formation.uavs) {
+        let fault = Fault { at_s: begin.seconds(self.scenario.time.rate_hz), action };
+        if let Some(why) = self.so_far().refusal_of(&fault) {
             return Err(why);
         }
-        match &action {
+        match &fault.action {
             Action::Heal(links) if !self.is_healable(links, now) => Err("there is nothing to heal".into()),
             Action::Link { impairment: LinkImpairment::Delay(Delay::File(_)), .. } => Err(
                 "a live run reads no files: `ringwing fault` reads the file of delays and sends its content"
                     .into(),
             ),
-            _ => Ok(action),
+            _ => Ok(fault),
         }
     }
 
@@ -296,7 +342,9 @@ impl<'a, R> FaultQueue<'a, R> {
         if let Action::Heal(_) = fault.action {
             events.extend(self.announce_healing());
         }
-        self.due.extend(alone.scheduled_actions());
+        let number = self.faults.len() as u32;
+        let actions = alone.scheduled_actions().into_iter();
+        self.due.extend(actions.map(|scheduled| ScheduledAction { number, ..scheduled }));
         self.due.make_contiguous().sort_by_key(|scheduled| scheduled.tick);
         self.announcements.extend(events.into_iter().map(|event| Announcement { event, is_live: true }));
         self.announcements.make_contiguous().sort_by_key(|one| one.event.tick);
@@ -346,7 +394,10 @@ fn tick_of(scenario: &Scenario, fault: &Fault) -> Tick {
 
 /// The answer to `request`.
 fn answer<R>(scenario: &Scenario, request: &AcceptedRequest<R>) -> String {
-    let AcceptedRequest { fault, refusals, .. } = request;
+    let AcceptedRequest { fault, warning, refusals, .. } = request;
     let done = format!("tick {}, {:.2} s: {}", tick_of(scenario, fault).0, fault.at_s, fault.action);
-    if refusals.is_empty() { done } else { format!("refused: {} ({done})", refusals.join(", ")) }
+    if !refusals.is_empty() {
+        return format!("refused: {} ({done})", refusals.join(", "));
+    }
+    warning.as_ref().map_or(done.clone(), |warning| format!("{done}\nwarning: {warning}"))
 }

@@ -298,3 +298,75 @@ fn the_list_tells_what_is_in_force_and_what_is_to_come() {
     );
     assert_eq!(queue.list(Tick(200)).lines().count(), 2);
 }
+
+#[test]
+fn in_real_time_a_fault_that_comes_late_says_so_and_keeps_its_duration() {
+    let faults = ["at 1 s freeze uav 1 for 2 s", "at 1.5 s freeze uav 2 for 2 s", "at 4 s kill uav 3"];
+    let scenario = scenario(&faults, Pace::RealTime);
+    let mut queue: FaultQueue<&str> = FaultQueue::new(&scenario);
+    apply_all(&mut queue, Tick(260));
+    let late = |part, late_s, sentence: &str| Event::FaultLate { part, late_s, sentence: sentence.into() };
+    assert_eq!(
+        queue.take_late(),
+        [late(agent(1), 1.6, "freeze uav 1 for 2 s"), late(agent(2), 1.1, "freeze uav 2 for 2 s")]
+    );
+    // The kill is not late, and both thaws come two seconds after their freezes.
+    assert_eq!(apply_all(&mut queue, Tick(401)), [[(agent(3), KILL)]]);
+    assert!(apply_all(&mut queue, Tick(459)).is_empty());
+    assert_eq!(
+        apply_all(&mut queue, Tick(460)),
+        [[(agent(2), ProcessAction::Thaw), (agent(1), ProcessAction::Thaw)]]
+    );
+    assert_eq!(queue.take_late(), [], "the thaws are in time");
+}
+
+#[test]
+fn the_rhythm_of_the_launcher_makes_nothing_late() {
+    let scenario = scenario(&["at 1 s freeze uav 1 for 2 s"], Pace::RealTime);
+    let mut queue: FaultQueue<&str> = FaultQueue::new(&scenario);
+    apply_all(&mut queue, Tick(109));
+    assert_eq!(queue.take_late(), []);
+    assert_eq!(apply_all(&mut queue, Tick(300)), [[(agent(1), ProcessAction::Thaw)]]);
+}
+
+#[test]
+fn a_request_for_answers_that_the_world_would_not_wait_for_is_refused() {
+    let lockstep = scenario(&["at 0 s slow uav 3 by 1 s"], Pace::Lockstep);
+    let mut queue = FaultQueue::new(&lockstep);
+    let why = refuse(&mut queue, "slow uav 3 by 1 s for 1 s", Tick(100));
+    assert!(why.starts_with("uav 3 would answer 2 s late"), "{why}");
+    accept(&mut queue, "slow uav 2 by 1 s for 1 s", Tick(100));
+    let real_time = scenario(&[], Pace::RealTime);
+    accept(&mut FaultQueue::new(&real_time), "slow uav 3 by 9 s", Tick(100));
+}
+
+#[test]
+fn the_answer_to_a_request_that_can_have_no_effect_warns_with_the_reason() {
+    let scenario = scenario(&[], Pace::Lockstep);
+    let mut queue = FaultQueue::new(&scenario);
+    for (sentence, warning) in [
+        ("link 2->5 blackout", "the fault will have no effect: uav 2 and uav 5 are not ring neighbours"),
+        ("link 2->3 delay 4 ms", "the fault will have no effect: 4 ms rounds to no tick at 100 Hz"),
+        ("link 2->3 delay 14 ms", "delays are whole ticks: 14 ms becomes 10 ms at 100 Hz"),
+    ] {
+        accept(&mut queue, sentence, Tick(100));
+        let (_, answer) = queue.release(Tick(100)).pop().unwrap();
+        let expected = format!("tick 100, 1.00 s: {sentence}\nwarning: {warning}");
+        assert!(answer.starts_with(&expected), "{answer}");
+    }
+    accept(&mut queue, "link 2->3 delay 20 ms", Tick(100));
+    assert_eq!(queue.release(Tick(100)), [("the user", "tick 100, 1.00 s: link 2->3 delay 20 ms".into())]);
+}
+
+#[test]
+fn in_lockstep_the_world_holds_the_tick_in_which_a_requested_fault_ends() {
+    let scenario = scenario(&["at 1 s link 2->3 blackout for 1 s"], Pace::Lockstep);
+    let mut queue = FaultQueue::new(&scenario);
+    accept(&mut queue, "link 3->4 blackout for 500 ms", Tick(50));
+    assert_eq!(queue.take_announcements(Tick(50)).len(), 1);
+    queue.release(Tick(50));
+    assert_eq!(queue.free_before(), Tick(100), "whatever comes before the live end is passed first");
+    queue.take_announcements(Tick(100));
+    queue.release(Tick(100));
+    assert_eq!(queue.free_before(), Roster::empty().free_before, "the scenario's own end needs no hold");
+}

@@ -1,16 +1,22 @@
 //! The trajectories of the whole flight from above.
 
-use super::{ALARM, DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, detail, name_of, points, times};
+use super::{ALARM, DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, detail, name_of, paper, points, times};
 use crate::review::{
     flight::{LoggedFlight, UavColumns},
     table::Table,
 };
 use ringwing_drawing::{
     RGBColor,
-    chart::{Chart, Curve, Stroke},
+    chart::{Chart, Curve, Mark, Stroke, Symbol},
 };
 use ringwing_recorder::show::circle;
 use ringwing_scenario::ObstacleSection;
+
+/// Moments at which the ring is drawn, as shares of the flight. More rings cover each other and the trajectories; with fewer,
+/// the formation between them must be guessed.
+const MOMENTS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// Most collisions that are marked. More marks hide the trajectories; the table of events has all.
+const MARKED_COLLISIONS: usize = 40;
 
 /// The trajectories of the whole flight.
 pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
@@ -24,15 +30,18 @@ pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
     let leader = leader.map(|(name, column)| (name.to_owned(), column.clone()));
     FlightFigure {
         name: "trajectories".into(),
-        title: "Trajectories (the paper's Fig. 3 and 6)".into(),
-        caption: "Grey: the ring at the start, halfway and at the end.".into(),
+        title: format!("Trajectories{}", paper(flight, "Fig. 3 and 6")),
+        caption: "Grey: the ring as it is flown, at five moments with their times. Arrows show headings, crosses collisions."
+            .into(),
         table: Table::new(&times(flight), columns.chain(leader)),
+        is_over_time: false,
         chart: Chart {
             x: "x (east), m",
             y: "y (north), m",
             is_map: true,
             detail: detail(flight.uavs.len()),
             lines: lines(flight),
+            marks: marks(flight),
             ..Chart::default()
         },
     }
@@ -51,10 +60,7 @@ fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     // line.
     let leader = points(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
     lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
-    // One row of the legend is too short for the whole name, so it takes two rows. The legend shows equal names once.
-    for (share, name) in [(0.0, "ring, start and"), (0.5, "halfway, end"), (1.0, "halfway, end")] {
-        lines.push(Curve { name: name.into(), ..path(GREY, ring(flight, share)) });
-    }
+    lines.extend(moments(flight).map(|tick| Curve { name: "ring".into(), ..path(GREY, ring(flight, tick)) }));
     lines
 }
 
@@ -62,13 +68,56 @@ fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Curve {
     Curve { name: String::new(), colour, stroke: Stroke::Solid, points }
 }
 
-/// The closed polygon of ring neighbours after a `share` of the flight, from 0 to 1.
-fn ring(flight: &LoggedFlight, share: f64) -> Vec<Option<(f64, f64)>> {
-    let tick = (share * flight.times_s.len().saturating_sub(1) as f64) as usize;
-    let place = |uav: &UavColumns| Some(((*uav.x_m.get(tick)?)?, (*uav.y_m.get(tick)?)?));
-    let mut ring: Vec<_> = flight.uavs.iter().filter_map(place).map(Some).collect();
+/// The indices of the ticks at which the ring is drawn.
+fn moments(flight: &LoggedFlight) -> impl Iterator<Item = usize> {
+    let last = flight.times_s.len().saturating_sub(1) as f64;
+    MOMENTS.into_iter().map(move |share| (share * last) as usize)
+}
+
+/// The closed polygon of the UAVs that fly on command at a tick: after a loss, the ring without the lost ones.
+fn ring(flight: &LoggedFlight, tick: usize) -> Vec<Option<(f64, f64)>> {
+    let members = flight.uavs.iter().filter(|uav| uav.commanded.get(tick) == Some(&true));
+    let mut ring: Vec<_> = members.filter_map(|uav| place(uav, tick)).map(Some).collect();
     ring.extend(ring.first().copied());
     ring
+}
+
+fn place(uav: &UavColumns, tick: usize) -> Option<(f64, f64)> {
+    Some(((*uav.x_m.get(tick)?)?, (*uav.y_m.get(tick)?)?))
+}
+
+fn marks(flight: &LoggedFlight) -> Vec<Mark> {
+    let names = flight.scenario.obstacles.iter().map(|obstacle| {
+        let [x, y] = obstacle.position_m;
+        Mark { at: (x, y), text: obstacle.name.clone(), symbol: Symbol::Text, colour: ALARM }
+    });
+    let collisions = flight.events.iter().filter_map(|event| event.position_m).take(MARKED_COLLISIONS);
+    let collisions = collisions.map(|[x, y]| Mark {
+        at: (x, y),
+        text: String::new(),
+        symbol: Symbol::Cross,
+        colour: ALARM,
+    });
+    names.chain(moments(flight).flat_map(|tick| headings(flight, tick))).chain(collisions).collect()
+}
+
+/// An arrow at every UAV of a small swarm at a tick, and the time at the first one.
+fn headings(flight: &LoggedFlight, tick: usize) -> Vec<Mark> {
+    let mut time = flight.times_s.get(tick).map(|time_s| format!("{time_s:.0} s")).unwrap_or_default();
+    let mut marks = Vec::new();
+    for (uav, columns) in flight.uavs.iter().enumerate() {
+        let heading = columns.heading_rad.get(tick).copied().flatten();
+        let (Some(at), Some(heading)) = (place(columns, tick), heading) else { continue };
+        let is_drawn = flight.uavs.len() <= DRAWN_UAVS;
+        let symbol = if is_drawn { Symbol::Arrow(heading) } else { Symbol::Text };
+        // The time is written once, at the first UAV that is in the sky.
+        let text = std::mem::take(&mut time);
+        if is_drawn || !text.is_empty() {
+            let colour = if is_drawn { colour(uav) } else { GREY };
+            marks.push(Mark { at, text, symbol, colour });
+        }
+    }
+    marks
 }
 
 /// An obstacle's body, and the circle within which it repels.

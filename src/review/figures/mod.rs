@@ -2,6 +2,8 @@
 //!
 //! Never measures anything: every value comes from the columns of the flight.
 
+mod bands;
+mod latency;
 mod map;
 mod obstacle;
 mod over_time;
@@ -17,6 +19,7 @@ use ringwing_drawing::{
     chart::{Chart, Curve, Stroke},
 };
 use ringwing_recorder::show::palette;
+use ringwing_scenario::Law;
 
 /// Largest swarm whose UAVs have a line each. Larger swarms are drawn by their extremes and their mean, because more
 /// lines can no longer be told apart.
@@ -31,6 +34,8 @@ const GREY: RGBColor = RGBColor(0x77, 0x77, 0x77);
 const LEADER: RGBColor = RGBColor(0x00, 0x80, 0x00);
 const ALARM: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
 const TIME: &str = "time, s";
+/// The scenarios of the paper's simulations.
+const PAPERS: [&str; 2] = ["paper-4.1", "paper-4.2"];
 
 /// A figure that is not drawn yet.
 pub(super) struct FlightFigure {
@@ -40,21 +45,31 @@ pub(super) struct FlightFigure {
     pub(super) caption: String,
     pub(super) chart: Chart,
     pub(super) table: Table,
+    /// Whether the horizontal axis is the time of the flight.
+    pub(super) is_over_time: bool,
 }
 
 /// All figures of a flight, without those that the log holds no data for.
 pub(super) fn all(flight: &LoggedFlight) -> Vec<FlightFigure> {
-    // First the figures of the paper, in its order, then the others.
+    // What people look for first: where everybody flew, what happened, and how far the formation was from its slots.
     let mut figures = vec![map::trajectories(flight)];
+    figures.extend(timeline::figure(flight));
+    figures.push(slot_errors(flight));
     figures.extend(distances(flight));
     figures.extend(speeds(flight));
     for (number, obstacle) in (1..).zip(&flight.scenario.obstacles) {
         figures.extend(obstacle::figures(flight, number, obstacle));
     }
-    figures.extend([slot_errors(flight), lyapunov(flight), closest_pairs(flight), ages(flight)]);
-    figures.extend(latency(flight));
-    figures.extend(timeline::figure(flight));
+    figures.extend([closest_pairs(flight), ages(flight), lyapunov(flight)]);
+    figures.extend(latency::figures(flight));
     figures
+}
+
+/// ` (Fig. 3)`, if the flight is one of the paper's; otherwise its figure shows something else.
+fn paper(flight: &LoggedFlight, figure: &str) -> String {
+    let is_papers =
+        flight.scenario.control.law == Law::Paper && PAPERS.contains(&flight.scenario.name.as_str());
+    if is_papers { format!(" ({figure})") } else { String::new() }
 }
 
 /// The colour of the UAV with this index, from 0.
@@ -87,20 +102,21 @@ fn level(flight: &LoggedFlight, name: &str, value: f64) -> Curve {
 }
 
 fn distances(flight: &LoggedFlight) -> [FlightFigure; 2] {
-    let formation = flight.scenario.formation();
-    let neighbours = OverTime::of_uavs(flight, |uav| &uav.next_distance_m).level("L", formation.spacing_m());
-    let leader = OverTime::of_uavs(flight, |uav| &uav.leader_distance_m).level("R", formation.radius_m());
+    let neighbours =
+        OverTime::of_uavs(flight, |uav| &uav.next_distance_m).reference("L", &flight.ring_spacing_m);
+    let leader =
+        OverTime::of_uavs(flight, |uav| &uav.leader_distance_m).reference("R", &flight.ring_radius_m);
     [
         neighbours.figure(
             "neighbour-distances",
-            "Distance to the next ring neighbour (Fig. 4a)",
-            "From each UAV to the next one in the ring. The distances should converge to L.",
+            &format!("Distance to the next ring neighbour{}", paper(flight, "Fig. 4a")),
+            "From each UAV to the next one in the ring. The distances should converge to L of the ring that is flown.",
             "distance, m",
         ),
         leader.figure(
             "leader-distances",
-            "Distance to the leader (Fig. 4b)",
-            "The distances should converge to R.",
+            &format!("Distance to the leader{}", paper(flight, "Fig. 4b")),
+            "Of the UAVs that fly on command. The distances should converge to R of the ring that is flown.",
             "distance, m",
         ),
     ]
@@ -117,13 +133,13 @@ fn speeds(flight: &LoggedFlight) -> [FlightFigure; 2] {
     [
         linear.figure(
             "speeds",
-            "Linear speeds (Fig. 5a)",
+            &format!("Linear speeds{}", paper(flight, "Fig. 5a")),
             "As flown, with the limits of Eq. (2).",
             "speed, m/s",
         ),
         angular.figure(
             "turn-rates",
-            "Angular speeds (Fig. 5b)",
+            &format!("Angular speeds{}", paper(flight, "Fig. 5b")),
             "As flown, with the limits of Eq. (2).",
             "turn rate, rad/s",
         ),
@@ -166,24 +182,13 @@ fn closest_pairs(flight: &LoggedFlight) -> FlightFigure {
 }
 
 fn ages(flight: &LoggedFlight) -> FlightFigure {
-    OverTime::of_uavs(flight, |uav| &uav.age_s).figure(
+    let figure = OverTime::of_uavs(flight, |uav| &uav.age_s).figure(
         "ages",
         "Age of the data used",
         "The oldest data that each agent used of its two neighbours and the leader.",
         "age, s",
-    )
-}
-
-/// The latency of each tick, if the log holds wall-clock times.
-fn latency(flight: &LoggedFlight) -> Option<FlightFigure> {
-    flight.round_trip_us.iter().flatten().next()?;
-    let figure = OverTime::of(flight, &[("round trip", BLACK, &flight.round_trip_us)]).figure(
-        "latency",
-        "Latency of a tick",
-        "Wall-clock time from opening the tick to the last answer, on a logarithmic axis.",
-        "latency, us",
     );
-    Some(figure.on_log_axis())
+    figure.on_axis_from_zero()
 }
 
 /// The times of the flight as a column.

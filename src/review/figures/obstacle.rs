@@ -1,10 +1,11 @@
 //! How UAVs pass an obstacle: their trajectories, distances and repulsion near it.
 
 use super::{
-    DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, map::trajectories, name_of, over_time::OverTime, points,
+    DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, map::trajectories, name_of, over_time::OverTime, paper,
+    points,
 };
 use crate::review::flight::{Column, LoggedFlight, UavColumns};
-use ringwing_drawing::chart::{Chart, Stroke};
+use ringwing_drawing::chart::{Chart, Stroke, Symbol};
 use ringwing_scenario::ObstacleSection;
 use std::ops::RangeInclusive;
 
@@ -15,6 +16,9 @@ const MARGIN_S: f64 = 2.0;
 /// Half the width and half the height of a close-up, in braking distances of its obstacle. Smaller ones cut off the
 /// return to the formation; larger ones make the deflection hard to see.
 const CLOSE_UP: (f64, f64) = (4.0, 2.0);
+
+/// Least width of a path in the close-up, as a share of half the width. Shorter ones show nothing of how a UAV passes.
+const STUB: f64 = 0.3;
 
 /// A UAV that the obstacle repelled, by its index from 0, with its distance from the obstacle's centre.
 struct Repelled {
@@ -34,6 +38,9 @@ pub(super) fn figures(flight: &LoggedFlight, number: usize, obstacle: &ObstacleS
     let window_s = window_s(flight, obstacle, &repelled);
     for figure in &mut over_time {
         clip(&mut figure.chart, |(time_s, _)| window_s.contains(&time_s));
+        // These few seconds have an axis of their own, and the passage fills it.
+        figure.is_over_time = false;
+        figure.chart.bands.clear();
     }
     figures.extend(over_time);
     figures
@@ -51,7 +58,7 @@ fn distances(
         .level("L_obs", obstacle.braking_distance_m)
         .figure(
             &format!("obstacle-{number}-distance"),
-            &format!("Distance to {} (Fig. 7b and 8b)", obstacle.name),
+            &format!("Distance to {}{}", obstacle.name, paper(flight, "Fig. 7b and 8b")),
             "Distance from the obstacle's centre, of the UAVs that it repelled, while any of them was near.",
             "distance, m",
         )
@@ -73,7 +80,7 @@ fn repulsions(
     });
     OverTime::of_columns(flight, columns.collect()).figure(
         &format!("obstacle-{number}-repulsion"),
-        &format!("Repulsion by {} (Fig. 7b and 8b)", obstacle.name),
+        &format!("Repulsion by {}{}", obstacle.name, paper(flight, "Fig. 7b and 8b")),
         "The length of f_obs, Eq. (13), within the braking distance.",
         "repulsion, m",
     )
@@ -124,13 +131,17 @@ fn close_up(flight: &LoggedFlight, number: usize, obstacle: &ObstacleSection) ->
     clip(&mut figure.chart, is_near);
     // Leave out the rings and the leader's path, which would hide the trajectories. Only their colours tell them
     // apart.
+    figure.chart.lines.retain(|line| line.colour != GREY && line.colour != LEADER);
+    // A path that only touches the corner of the close-up would show as a stub.
     figure.chart.lines.retain(|line| {
-        let is_here = line.points.iter().flatten().any(|point| is_near(*point));
-        is_here && line.colour != GREY && line.colour != LEADER
+        let x = || line.points.iter().flatten().filter(|point| is_near(**point)).map(|(x, _)| *x);
+        let width = x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min);
+        width > STUB * half_width_m || line.stroke != Stroke::Solid && width > 0.0
     });
+    figure.chart.marks.retain(|mark| mark.symbol == Symbol::Cross && is_near(mark.at));
     FlightFigure {
         name: format!("obstacle-{number}"),
-        title: format!("{} (Fig. 7a and 8a)", obstacle.name),
+        title: format!("{}{}", obstacle.name, paper(flight, "Fig. 7a and 8a")),
         caption: "The trajectories near the obstacle.".into(),
         ..figure
     }

@@ -1,6 +1,8 @@
 //! Figures over time: a line for each column, and dashed levels.
 
-use super::{BLACK, DRAWN_UAVS, FlightFigure, TIME, colour, detail, level, name_of, points, times};
+use super::{
+    BLACK, DRAWN_UAVS, FlightFigure, GREY, TIME, bands::bands, colour, detail, level, name_of, points, times,
+};
 use crate::review::{
     flight::{Column, LoggedFlight, UavColumns},
     table::Table,
@@ -12,8 +14,8 @@ use ringwing_drawing::{
 };
 
 /// Smallest value on a logarithmic axis, in the unit of the axis; smaller values, 0 included, are drawn here. A larger
-/// floor hides how far errors fall, a smaller one stretches the axis over rounding errors.
-const FLOOR: f64 = 1e-9;
+/// floor hides how far errors fall, a smaller one stretches the axis over errors that nobody can measure.
+const FLOOR: f64 = 1e-3;
 
 /// A figure over time under construction.
 pub(super) struct OverTime<'f> {
@@ -52,6 +54,13 @@ impl<'f> OverTime<'f> {
         self
     }
 
+    /// Adds a dashed line for a value that the others should reach and that changes with the ring.
+    pub(super) fn reference(mut self, name: &str, column: &Column) -> Self {
+        let points = points(&times(self.flight), column);
+        self.levels.push(Curve { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points });
+        self
+    }
+
     /// Completes the figure; `y` names the quantity and its unit.
     pub(super) fn figure(self, name: &str, title: &str, caption: &str, y: &'static str) -> FlightFigure {
         let times = times(self.flight);
@@ -63,13 +72,27 @@ impl<'f> OverTime<'f> {
         };
         let lines: Vec<Curve> = self.columns.iter().map(line).chain(self.levels.clone()).collect();
         // A level has two points, so only the columns share the detail.
-        let chart = Chart { x: TIME, y, detail: detail(self.columns.len()), lines, ..Chart::default() };
+        let detail = detail(self.columns.len());
+        let chart = Chart { x: TIME, y, detail, lines, bands: bands(self.flight), ..Chart::default() };
         let table = Table::new(&times, self.columns.into_iter().map(|(name, _, column)| (name, column)));
-        FlightFigure { name: name.into(), title: title.into(), caption: caption.into(), chart, table }
+        FlightFigure {
+            name: name.into(),
+            title: title.into(),
+            caption: caption.into(),
+            chart,
+            table,
+            is_over_time: true,
+        }
     }
 }
 
 impl FlightFigure {
+    /// The same figure with an axis from 0 on.
+    pub(super) fn on_axis_from_zero(mut self) -> Self {
+        self.chart.from_zero = true;
+        self
+    }
+
     /// The same figure with a logarithmic axis; its table keeps the values.
     pub(super) fn on_log_axis(mut self) -> Self {
         self.chart.y_scale = Scale::Powers;

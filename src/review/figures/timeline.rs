@@ -32,5 +32,6 @@ pub(super) fn figure(flight: &LoggedFlight) -> Option<FlightFigure> {
         caption: "Each event of the log, by its kind.".into(),
         chart,
         table: Table::of_events(&flight.events),
+        is_over_time: true,
     })
 }

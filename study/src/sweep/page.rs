@@ -16,7 +16,7 @@ use ringwing_drawing::html::{escaped, page_with_style};
 use serde_json::{Value, json};
 
 /// Colours for dark screens, and a layout that also fits a phone.
-const STYLE: &str = "body{max-width:1020px}figure{overflow-x:auto}figure svg{max-width:none}h1{font-size:1.4em}\
+const STYLE: &str = "body{max-width:1020px}figure{overflow-x:auto}figure svg{max-width:none;background:none}h1{font-size:1.4em}\
 .cell{cursor:pointer}.cell:hover rect,.cell:focus rect,.chosen rect{stroke:#d55e00;stroke-width:3}\
 .cell:hover circle,.cell:focus circle,.chosen circle{stroke:#d55e00;stroke-width:4}.cell:focus{outline:none}\
 #flights{border:1px solid #bbb;border-radius:8px;padding:.4em 1em;margin:1.2em 0;overflow-x:auto;position:sticky;bottom:0;\

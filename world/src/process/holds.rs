@@ -18,6 +18,8 @@ use std::time::Duration;
 /// fetched and what it has not written; together that must stay below a second, which a larger lag would exceed. With a
 /// smaller one, the world waits for the recorder more often.
 const RECORDER_LAG_S: f64 = 0.4;
+/// The fewest ticks that the recorder may lag behind: the one that is open, and the one whose journal is on its way.
+const LAG_TICKS_MIN: i64 = 2;
 /// How many start limits a replacement, or a fault that starts a process, may take: the launcher first has to notice
 /// the loss. A larger factor lets a stuck launcher hold the flight longer; a smaller one gives up replacements that
 /// are still starting.
@@ -74,7 +76,10 @@ fn recorder_lag_ticks(scenario: &Scenario, journal_depth: usize) -> i64 {
     let ticks = (f64::from(scenario.time.rate_hz) * RECORDER_LAG_S).ceil() as i64;
     // The journal of a large swarm, or of a machine with little memory, keeps fewer ticks than that. Leave it room: the
     // recorder has read more than it has told so far.
-    ticks.min(journal_depth.cast_signed() as i64 / 2)
+    let most = journal_depth.cast_signed() as i64 / 2;
+    // The journal of a tick is sent while the next one is open. With less than two ticks, at a low rate, the world would
+    // wait for a journal that it has not sent.
+    ticks.clamp(LAG_TICKS_MIN, most.max(LAG_TICKS_MIN))
 }
 
 impl<P: TickProbe> World<'_, P> {
@@ -186,6 +191,16 @@ mod tests {
         let holds = Holds::new(&Scenario::default(), 50);
         assert!(!holds.is_for_recorder(&roster, Tick(125), Tick(100)));
         assert!(holds.is_for_recorder(&roster, Tick(126), Tick(100)));
+    }
+
+    #[test]
+    fn at_a_low_rate_a_recorder_may_lag_by_the_ticks_whose_journal_is_not_sent_yet() {
+        let mut scenario = Scenario::default();
+        scenario.time.rate_hz = 1;
+        let (holds, mut roster) = (Holds::new(&scenario, 1024), Roster::empty());
+        roster.set_recorder(true);
+        assert!(!holds.is_for_recorder(&roster, Tick(10), Tick(8)));
+        assert!(holds.is_for_recorder(&roster, Tick(10), Tick(7)));
     }
 
     #[test]

@@ -120,6 +120,111 @@ fn a_gilbert_link_loses_samples_in_bursts() {
 }
 
 #[test]
+fn a_gilbert_link_by_loss_and_burst_loses_as_much_and_in_such_bursts_as_it_says() {
+    for (sentence, share, burst) in [
+        ("at 0 s link all gilbert loss 5 % burst 80 ms", 0.05, 8.0),
+        ("at 0 s link all gilbert loss 30 % burst 200 ms", 0.3, 20.0),
+        ("at 0 s link all gilbert loss 20 % burst 10 ms", 0.2, 1.0),
+    ] {
+        let arrived = times(&[sentence], 100_000);
+        let lost = (100_000 - arrived.len()) as f64;
+        let bursts = arrived.windows(2).filter(|pair| pair[1].1 > pair[0].1 + 1).count() as f64;
+        assert!((lost / 100_000.0 / share - 1.0).abs() < 0.12, "{sentence}: lost {}", lost / 100_000.0);
+        assert!((lost / bursts / burst - 1.0).abs() < 0.12, "{sentence}: bursts of {}", lost / bursts);
+    }
+}
+
+#[test]
+fn a_corrupted_sample_is_dropped_and_counted_apart_from_lost_ones() {
+    let mut link =
+        link(LinkSource::uav(UavId(2)), 3, 1, &["at 0 s link all corrupt 20 %", "at 0 s link all loss 10 %"]);
+    let counts = counts(&mut link, 19_999);
+    assert!((counts.lost as f64 / 20_000.0 - 0.1).abs() < 0.01, "{counts:?}");
+    // A sample that is lost arrives neither damaged nor whole.
+    assert!((counts.corrupted as f64 / 20_000.0 - 0.18).abs() < 0.01, "{counts:?}");
+    assert_eq!(counts.offered, counts.delivered + counts.lost + counts.corrupted + counts.in_flight);
+}
+
+#[test]
+fn a_limited_link_carries_its_rate_and_delays_what_waits() {
+    let sentence = "at 0 s link all rate 20 samples/s queue 3";
+    let arrived = times(&[sentence], 1000);
+    // Twenty a second for ten seconds, and nothing waits once the flow ends.
+    assert_eq!(arrived.iter().filter(|(now, _)| *now <= 1000).count(), 200);
+    let waits: Vec<i64> = arrived[5..150].iter().map(|(now, sent)| now - sent - 1).collect();
+    assert!(
+        waits.iter().all(|wait| *wait == 3),
+        "the oldest of the queue has waited for three ticks: {waits:?}"
+    );
+    let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &[sentence]);
+    let at_500 = counts(&mut link, 500);
+    assert_eq!(at_500.offered, at_500.delivered + at_500.lost + at_500.in_flight);
+    assert!(at_500.in_flight >= 3 && at_500.lost > 380, "{at_500:?}");
+}
+
+#[test]
+fn what_waits_for_a_limited_link_arrives_when_the_limit_ends() {
+    let arrived = times(&["at 0 s link all rate 1 samples/s queue 10 for 50 ms"], 8);
+    assert_eq!(arrived, [(1, 0), (6, 1), (6, 2), (6, 3), (6, 4), (6, 5), (7, 6), (8, 7)]);
+}
+
+#[test]
+fn a_restarted_receiver_of_a_limited_link_finds_the_same_openings_and_an_empty_queue() {
+    let sentence = ["at 0 s link 2->3 rate 20 samples/s queue 1"];
+    let openings = |first: i64| {
+        let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &sentence);
+        let mut arrived = Vec::new();
+        for now in first..600 {
+            link.offer(state(now));
+            link.deliver(Tick(now), |sample| arrived.push((now, sample.tick.0)));
+        }
+        arrived.into_iter().filter(|(now, _)| *now > 320).collect::<Vec<_>>()
+    };
+    assert_eq!(openings(0), openings(303));
+}
+
+#[test]
+fn a_delay_beyond_every_flight_is_a_loss_and_not_an_overflow() {
+    assert_eq!(times(&["at 0 s link all delay 86400 s pareto 86400 s shape 1.01"], 50), []);
+}
+
+/// The numbers of the faults that altered a sample, if one sample is sent in each of the ticks `0..ticks`.
+fn acted(sentences: &[&str], ticks: i64) -> Vec<u32> {
+    let mut link = link(LinkSource::uav(UavId(2)), 3, 1, sentences);
+    arrivals_of(&mut link, ticks);
+    let mut numbers: Vec<u32> = link.news(Tick(ticks)).iter().map(|counts| counts.acted).collect();
+    assert_eq!(link.news(Tick(ticks)), [], "each is news once");
+    assert_eq!(link.all_acted(Tick(ticks)).len(), numbers.len());
+    numbers.sort_unstable();
+    numbers
+}
+
+#[test]
+fn each_fault_that_alters_a_sample_is_reported_and_no_other() {
+    let all = [
+        "at 0 s link 3->2 blackout",
+        "at 0.01 s link 2->3 loss 50 %",
+        "at 0 s link 2->3 loss 0 %",
+        "at 0 s link 2->3 delay 4 ms",
+        "at 0 s link 2->3 delay 20 ms",
+        "at 5 s link 2->3 blackout",
+        "at 0 s link 2->3 hold for 1 s",
+        "at 0 s link 2->3 stuck for 1 s",
+        "at 0 s link 2->3 rate 20 samples/s",
+        "at 0 s link 2->3 rate 200 samples/s",
+        "at 0 s link 2->3 corrupt 50 %",
+        "at 0 s link 2->3 duplicate 50 %",
+        "at 0 s link 2->3 bias x 1 m",
+        "at 0 s link 2->3 bias x 0 m",
+        "at 0 s link 2->3 gilbert loss 50 % burst 50 ms",
+    ];
+    assert_eq!(acted(&all, 200), [2, 5, 7, 8, 9, 11, 12, 13, 15]);
+    // The sample of the held tick arrives after that tick anyway.
+    assert_eq!(acted(&["at 0.5 s link 2->3 hold for 10 ms"], 200), [0_u32; 0]);
+    assert_eq!(acted(&["at 0.5 s link 2->3 hold for 20 ms"], 200), [1]);
+}
+
+#[test]
 fn a_reordered_sample_is_overtaken_by_later_ones() {
     let arrived = times(&["at 0 s link all reorder 25 %"], 1000);
     assert_eq!(arrived.len(), 1000);
@@ -139,7 +244,9 @@ fn a_fault_on_another_link_changes_no_draw() {
     assert_ne!(alone, other.into_iter().map(|(now, sample)| (now, sample.tick.0)).collect::<Vec<_>>());
 }
 
-const STORM: [&str; 5] = [
+const STORM: [&str; 7] = [
+    "at 0 s link 2->3 corrupt 10 %",
+    "at 0 s link 2->3 gilbert loss 10 % burst 50 ms",
     "at 0 s link all loss 20 %",
     "at 0 s link 2->3 gilbert 5 % 20 %",
     "at 0 s link 2->3 delay 40 ms jitter 40 ms",
@@ -209,12 +316,13 @@ fn samples_in_flight_are_lost_with_their_receiver() {
 proptest! {
     #[test]
     fn the_counts_balance_whatever_the_faults(
-        which in vec(0..9_usize, 1..6), seed: u64, ticks in 1..300_i64,
+        which in vec(0..13_usize, 1..6), seed: u64, ticks in 1..300_i64,
         order in vec(0..3_i64, 300),
     ) {
         let all = [
             &STORM[..], &["at 0.5 s link 2->3 hold for 1 s", "at 1 s isolate 3 for 500 ms",
-            "at 0 s link all reorder 30 % by 90 ms", "at 0.2 s link all stuck for 1 s"],
+            "at 0 s link all reorder 30 % by 90 ms", "at 0.2 s link all stuck for 1 s",
+            "at 0.3 s link all rate 20 samples/s for 1 s", "at 0 s link 2->3 rate 33 samples/s queue 2"],
         ].concat();
         let sentences: Vec<&str> = which.iter().map(|index| all[*index]).collect();
         let mut link = link(LinkSource::uav(UavId(2)), 3, seed, &sentences);
@@ -227,7 +335,7 @@ proptest! {
                 delivered += 1;
             });
             let counts = link.counts(Tick(now));
-            prop_assert_eq!(counts.offered + counts.duplicated, counts.delivered + counts.lost + counts.in_flight);
+            prop_assert_eq!(counts.offered + counts.duplicated, counts.delivered + counts.lost + counts.corrupted + counts.in_flight);
             prop_assert!(counts.delivered == delivered && counts.late <= delivered);
         }
     }

@@ -65,7 +65,9 @@ fn without_uavs_or_slots_nothing_recovers() {
 #[test]
 fn faults_of_one_tick_are_one_moment() {
     let mut watch = RecoveryWatch::new(10);
-    ["one", "two", "three", "four", "five"].iter().for_each(|what| watch.on_disturbance(7, what));
+    for what in ["one", "two", "three", "four", "five"] {
+        watch.on_disturbance(7, what);
+    }
     let Recoveries { faults, moments, listed, .. } = watch.recoveries();
     assert_eq!((faults, moments, listed.len(), listed[0].faults), (5, 1, 1, 5));
     assert_eq!(listed[0].fault, "one; two; three; and 2 more at once");

@@ -20,6 +20,7 @@ fn strict(uavs: u32) -> Scenario {
         turn_rate_saturated_share_max: Some(0.25),
         unplanned_losses_max: 0,
         repeatable: true,
+        faults_act: true,
     };
     scenario
 }

@@ -1,0 +1,287 @@
+//! Which faults can have no effect, and why, as far as the scenario alone decides it.
+//!
+//! Never claims what depends on how a flight goes: a fault that may have an effect is not mentioned here, and the
+//! recorder measures whether it had one.
+
+use crate::{
+    Action, Fault, Scenario,
+    fault::{
+        Links, Receiver, Sender, idle_reason, rounded_delay,
+        schedule::{LinkFault, SlowAnswers},
+    },
+};
+use ringwing_flight::{Part, ProcessAction, ProcessState, Tick, UavId};
+use std::collections::BTreeMap;
+
+/// What is noteworthy about the faults of `scenario`: the number of a fault, counted from 1, and a sentence about it.
+pub(crate) fn warnings(scenario: &Scenario) -> Vec<(u32, String)> {
+    let idle = IdleFaults::of(scenario);
+    let rate_hz = scenario.time.rate_hz;
+    let mut all: Vec<(u32, String)> = Vec::new();
+    for (number, fault) in (1..).zip(&scenario.faults) {
+        let rounding = match &fault.action {
+            Action::Link { impairment, .. } => rounded_delay(impairment, rate_hz),
+            _ => None,
+        };
+        match idle.reasons.get(&number) {
+            Some(reason) => all.push((number, format!("the fault will have no effect: {reason}"))),
+            None => all.extend(rounding.map(|sentence| (number, sentence))),
+        }
+    }
+    all
+}
+
+impl Scenario {
+    /// What is noteworthy about `added`, a fault that is to be added: that it will have no effect, or that rounding changes
+    /// its delay. Faults of processes are left out: only the launcher knows which processes run.
+    pub fn warning_about(&self, added: &Fault) -> Option<String> {
+        if !matches!(added.action, Action::Link { .. }) {
+            return None;
+        }
+        let all = self.faults.iter().chain([added]).cloned().collect();
+        let together = Self { faults: all, ..self.clone() };
+        let number = together.faults.len() as u32;
+        warnings(&together).into_iter().find(|(warned, _)| *warned == number).map(|(_, warning)| warning)
+    }
+}
+
+/// The faults that can have no effect, by number, each with the reason.
+struct IdleFaults {
+    reasons: BTreeMap<u32, String>,
+}
+
+impl IdleFaults {
+    fn of(scenario: &Scenario) -> Self {
+        let mut idle = Self { reasons: BTreeMap::new() };
+        let presence = Presence::planned(scenario);
+        idle.note_processes(scenario, &presence);
+        idle.note_links(scenario, &presence);
+        idle.note_late(scenario);
+        idle
+    }
+
+    /// Faults whose every action will be refused, and delayed answers of agents that are gone.
+    fn note_processes(&mut self, scenario: &Scenario, presence: &Presence) {
+        for (number, refusals) in &presence.refusals {
+            if !presence.applied.contains(number) {
+                self.reasons.insert(*number, refusals.join(", "));
+            }
+        }
+        let slow = scenario.schedule().slow_answers();
+        for one in &slow {
+            let is_absent = |other: &&SlowAnswers| {
+                other.number == one.number && !presence.is_ever_running(other.part, other.begin, other.end)
+            };
+            let of_fault = slow.iter().filter(|other| other.number == one.number).count();
+            if slow.iter().filter(is_absent).count() == of_fault {
+                self.reasons.insert(one.number, format!("{} is not running then", one.part));
+            }
+        }
+        for number in scenario.schedule().idle_healings() {
+            self.reasons.insert(number, "there is nothing to heal then".into());
+        }
+    }
+
+    fn note_links(&mut self, scenario: &Scenario, presence: &Presence) {
+        for fault in scenario.schedule().link_faults() {
+            let reason = idle_reason(&fault.impairment, scenario.time.rate_hz)
+                .or_else(|| unheard(&fault, scenario))
+                .or_else(|| cut_off(&fault, presence));
+            if let Some(reason) = reason {
+                self.reasons.insert(fault.number, reason);
+            }
+        }
+    }
+
+    /// Faults after the last tick. A sample of the last tick arrives only where the UAV senses itself.
+    fn note_late(&mut self, scenario: &Scenario) {
+        let (schedule, end_s) = (scenario.schedule(), scenario.time.duration_s);
+        for (number, fault) in (1..).zip(&scenario.faults) {
+            let is_own = matches!(&fault.action, Action::Link { links: Links::From(Sender::Own, _), .. });
+            let is_link = matches!(&fault.action, Action::Link { .. });
+            let last = scenario.last_tick() - i64::from(is_link && !is_own);
+            if schedule.tick(fault.at_s).0 > last {
+                let reason = format!("it begins at {} s, and the flight ends at {end_s} s", fault.at_s);
+                self.reasons.insert(number, reason);
+            }
+        }
+    }
+}
+
+/// Why nobody listens on any link of `fault`. Only a ring that never closes says for certain who listens to whom.
+fn unheard(fault: &LinkFault, scenario: &Scenario) -> Option<String> {
+    let uavs = scenario.formation.uavs;
+    let (Links::From(Sender::Uav(from), Receiver::Uav(to)) | Links::Between(from, to)) = fault.links else {
+        return None;
+    };
+    if from == to {
+        return Some(format!("uav {from} does not listen to itself: its own senses are own->{from}"));
+    }
+    let apart = from.abs_diff(to);
+    let is_neighbour = apart == 1 || apart == uavs - 1;
+    (!is_neighbour && !scenario.control.ring_closes).then(|| {
+        format!("uav {from} and uav {to} are not ring neighbours, so they do not listen to each other")
+    })
+}
+
+/// Why no sample crosses any link of `fault`: one of its two ends is not running for as long as it lasts.
+fn cut_off(fault: &LinkFault, presence: &Presence) -> Option<String> {
+    let is_gone = |uav: u32| {
+        let part = Part::Agent(UavId(uav));
+        (!presence.is_ever_running(part, fault.begin, fault.end))
+            .then(|| format!("{part} is not running then"))
+    };
+    match fault.links {
+        Links::From(Sender::Uav(from), Receiver::Uav(to)) | Links::Between(from, to) => {
+            is_gone(from).or_else(|| is_gone(to))
+        }
+        Links::From(_, Receiver::Uav(uav))
+        | Links::Isolate(uav)
+        | Links::From(Sender::Uav(uav), Receiver::All) => is_gone(uav),
+        _ => None,
+    }
+}
+
+/// When each process runs, if nothing happens but the scenario's faults.
+struct Presence {
+    /// The changes of each process that has a fault, in order of ticks.
+    states: BTreeMap<Part, Vec<(Tick, ProcessState)>>,
+    /// The refused actions of each fault, in words.
+    refusals: BTreeMap<u32, Vec<String>>,
+    /// Faults with an action that is applied.
+    applied: Vec<u32>,
+}
+
+impl Presence {
+    fn planned(scenario: &Scenario) -> Self {
+        let mut presence = Self { states: BTreeMap::new(), refusals: BTreeMap::new(), applied: Vec::new() };
+        for scheduled in scenario.schedule().scheduled_actions() {
+            let (part, action) = (scheduled.part, scheduled.action);
+            let states = presence.states.entry(part).or_default();
+            let state = states.last().map_or(ProcessState::Running, |(_, state)| *state);
+            match state.after(action) {
+                Ok(after) => {
+                    // The launcher replaces a recorder at once unless its fault starts it again.
+                    let is_replaced = part == Part::Recorder
+                        && matches!(action, ProcessAction::Kill { returns: false } | ProcessAction::Stop);
+                    states.push((scheduled.tick, if is_replaced { ProcessState::Running } else { after }));
+                    presence.applied.push(scheduled.number);
+                }
+                Err(why) => {
+                    presence.refusals.entry(scheduled.number).or_default().push(format!("{part} {why}"));
+                }
+            }
+        }
+        presence
+    }
+
+    /// Whether `part` runs in any tick from `begin` to before `end`.
+    fn is_ever_running(&self, part: Part, begin: Tick, end: Option<Tick>) -> bool {
+        let Some(states) = self.states.get(&part) else { return true };
+        let before = states.iter().rev().find(|(tick, _)| *tick <= begin);
+        let at_begin = before.map_or(ProcessState::Running, |(_, state)| *state);
+        let is_within = |tick: Tick| tick > begin && end.is_none_or(|end| tick < end);
+        at_begin == ProcessState::Running
+            || states.iter().any(|(tick, state)| is_within(*tick) && *state == ProcessState::Running)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The warnings about the faults of a flight of 90 s at 100 Hz under this law.
+    fn warned(sentences: &[&str], ring_closes: bool) -> Vec<(u32, String)> {
+        let mut scenario = Scenario::default();
+        scenario.control.ring_closes = ring_closes;
+        scenario.faults = sentences.iter().map(|text| text.parse().unwrap()).collect();
+        warnings(&scenario)
+    }
+
+    fn reason(sentence: &str) -> Option<String> {
+        warned(&[sentence], false).pop().map(|(_, reason)| reason)
+    }
+
+    #[test]
+    fn a_fault_that_cannot_act_is_named_with_the_reason() {
+        for (sentence, expected) in [
+            ("at 95 s kill uav 3", "it begins at 95 s, and the flight ends at 90 s"),
+            ("at 90 s link 2->3 blackout", "it begins at 90 s"),
+            ("at 5 s link 2->5 blackout", "uav 2 and uav 5 are not ring neighbours"),
+            ("at 5 s link 3->3 blackout", "uav 3 does not listen to itself: its own senses are own->3"),
+            ("at 5 s link 2->3 delay 4 ms", "4 ms rounds to no tick at 100 Hz"),
+            ("at 5 s link 2->3 delay 1 ms jitter 3 ms", "4 ms rounds to no tick"),
+            ("at 5 s link 2->3 delay trace {1 ms, 4 ms}", "4 ms rounds to no tick"),
+            ("at 5 s link all reorder 20 % by 3 ms", "3 ms rounds to no tick"),
+            ("at 5 s link all loss 0 %", "its magnitude is 0"),
+            ("at 5 s link all corrupt 0", "its magnitude is 0"),
+            ("at 5 s link all gilbert 0 10 %", "its magnitude is 0"),
+            ("at 5 s link all gilbert 5 % 10 % 1", "its magnitude is 0"),
+            ("at 5 s link all bias x 0 m", "its magnitude is 0"),
+            ("at 5 s link all noise position 0 m", "its magnitude is 0"),
+            (
+                "at 5 s link all rate 100 samples/s",
+                "100 samples/s are enough for the 100 that each sender sends",
+            ),
+            ("at 5 s heal all", "there is nothing to heal then"),
+            ("at 5 s thaw uav 3", "uav 3 is not frozen"),
+            ("at 5 s start leader", "leader is there already"),
+        ] {
+            let warning = reason(sentence).unwrap_or_else(|| panic!("no warning about {sentence}"));
+            let reason = warning.strip_prefix("the fault will have no effect: ").unwrap();
+            assert!(reason.starts_with(expected), "{sentence}: {reason}");
+        }
+    }
+
+    #[test]
+    fn a_fault_that_may_act_is_not_named() {
+        for sentence in [
+            "at 90 s kill uav 3",
+            "at 90 s link own->3 blackout",
+            "at 5 s link 6->1 blackout",
+            "at 5 s link 1<->6 loss 1 %",
+            "at 5 s link 2->3 delay 5 ms",
+            "at 5 s link 2->3 delay 1 ms normal 1 ms",
+            "at 5 s link all gilbert 0 10 % 0 0.5",
+            "at 5 s link all rate 99 samples/s",
+            "at 5 s isolate 3",
+        ] {
+            let idle = reason(sentence).filter(|warning| warning.starts_with("the fault will"));
+            assert_eq!(idle, None, "{sentence}");
+        }
+        assert_eq!(
+            warned(&["at 5 s link 2->5 blackout"], true),
+            [],
+            "after losses they may become neighbours"
+        );
+    }
+
+    #[test]
+    fn what_earlier_faults_do_to_a_process_decides_whether_later_ones_act() {
+        let numbers = |sentences: &[&str]| -> Vec<u32> {
+            warned(sentences, false).into_iter().map(|(number, _)| number).collect()
+        };
+        let gone = [
+            "at 5 s kill uav 3",
+            "at 6 s freeze uav 3 for 1 s",
+            "at 7 s link 2->3 loss 5 %",
+            "at 8 s slow uav 3 by 1 ms",
+        ];
+        assert_eq!(numbers(&gone), [2, 3, 4]);
+        assert_eq!(
+            numbers(&["at 5 s restart uav 3 after 1 s", "at 5.5 s link own->3 hold for 2 s"]),
+            [0_u32; 0]
+        );
+        assert_eq!(numbers(&["at 5 s kill recorder", "at 6 s kill recorder"]), [0_u32; 0]);
+        assert_eq!(numbers(&["at 5 s kill uav 3", "at 6 s kill uav 2,3"]), [0_u32; 0], "uav 2 is there");
+    }
+
+    #[test]
+    fn a_delay_that_rounding_changes_noticeably_is_named() {
+        assert_eq!(
+            reason("at 5 s link 2->3 delay 14 ms").unwrap(),
+            "delays are whole ticks: 14 ms becomes 10 ms at 100 Hz"
+        );
+        assert_eq!(reason("at 5 s link 2->3 delay 104 ms"), None);
+    }
+}
