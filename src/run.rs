@@ -128,7 +128,6 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     let scenario = reading.scenario;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
-    check_out(&args.out)?;
     if args.simulated && scenario.time.real_time {
         return Err(WrongUsage(
             "--simulated cannot fly in real time: the scenario sets time.real_time, so add --set time.real_time=false"
@@ -136,6 +135,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         )
         .into());
     }
+    check_out(&args.out)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     let urgency = urgency(args.placement.placement(), &scenario)?;
     let Urgency { placement, lock_memory, .. } = urgency;

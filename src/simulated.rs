@@ -145,15 +145,8 @@ fn outcome(
     failures.extend(flight.problem.iter().map(|problem| format!("{problem}: the log is incomplete")));
     let report = flight.recording.report();
     let ticks = simulation.flown().map_or(0, |tick| tick.0.max(0));
-    Outcome {
-        folder,
-        world,
-        recorder: Some(report),
-        failures,
-        // Nobody can ask for faults in a simulated flight.
-        added_faults: Vec::new(),
-        ticks,
-        flight_time,
-        start_time,
-    }
+    let recorder = Some(report);
+    // Nobody can ask for faults while it flies.
+    let added_faults = Vec::new();
+    Outcome { folder, world, recorder, failures, ticks, flight_time, start_time, added_faults }
 }

@@ -201,17 +201,17 @@ fn wrong_sweeps_are_refused_before_the_first_flight_with_file_and_line() {
         (
             "delay = [0, 0.1]",
             "control.lwa = [0, 0.1]",
-            "wrong.toml:13: control.lwa = 0: control.lwa: no such key",
+            "wrong.toml:12: control.lwa = 0: control.lwa: no such key",
         ),
         (
             "delay = [0, 0.1]",
             "formation.uavs = [3, 2]",
-            "wrong.toml:13: formation.uavs = 2: formation.uavs: 2 is outside",
+            "wrong.toml:12: formation.uavs = 2: formation.uavs: 2 is outside",
         ),
-        ("10, 20 .. 50", "50 .. 10", "wrong.toml:12: axis loss: empty range"),
+        ("10, 20 .. 50", "50 .. 10", "wrong.toml:11: axis loss: empty range"),
         ("10, 20 .. 50", "90, 95 .. 120", "wrong.toml:4: fault"),
         ("\"short\"", "7", "wrong.toml:2: name: give a text"),
-        ("[axes]", "[axis]", "wrong.toml:11: axis: no such key"),
+        ("[axes]", "[axis]", "wrong.toml:10: axis: no such key"),
     ];
     for (from, to, expected) in cases {
         fs::write(&file, SWEEP.replace("{delay}", "0.1").replace(from, to)).unwrap();

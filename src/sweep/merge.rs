@@ -3,10 +3,7 @@
 //! Never changes a shard.
 
 use super::{cells, files};
-use crate::{
-    FAILED, WrongUsage,
-    output::{self, tell},
-};
+use crate::{FAILED, WrongUsage, output, output::tell};
 use ringwing_study::sweep::{
     Columns, FlightId, Ledger, Manifest, Next, Shard, flight_of, flights_file, read_rows, sort_rows,
 };

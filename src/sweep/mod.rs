@@ -10,10 +10,7 @@ mod merge;
 mod processes;
 mod progress;
 
-use crate::{
-    FAILED, WrongUsage,
-    output::{self, tell},
-};
+use crate::{FAILED, WrongUsage, output, output::tell};
 pub(crate) use definition::SweepArgs;
 use progress::Progress;
 use ringwing_bus::StopFlag;

@@ -38,7 +38,7 @@ impl Progress {
             let done =
                 if before.flown > 0 { format!(", {} flown before", before.flown) } else { String::new() };
             output::note(&format!(
-                "sweep {}: {}{part}{done}",
+                "ringwing: sweep {}: {}{part}{done}",
                 sweep.name,
                 count(total, sweep.seeds.precision.is_some())
             ));
