@@ -7,6 +7,7 @@
 
 pub mod figure;
 pub mod flight;
+pub mod margin;
 pub mod shell;
 pub mod statistics;
 pub mod sweep;
