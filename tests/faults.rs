@@ -228,7 +228,7 @@ fn a_delay_file_is_found_beside_its_scenario_and_checked_with_it() {
     ] {
         std::fs::write(folder.path().join("wifi.txt"), content).unwrap();
         let stderr = String::from_utf8(check().stderr).unwrap();
-        assert!(stderr.contains("line 5") && stderr.contains(problem), "{stderr}");
+        assert!(stderr.contains("wind.toml:5") && stderr.contains(problem), "{stderr}");
     }
     std::fs::write(folder.path().join("wifi.txt"), "\u{feff}0.02\r\n0.05\r\n").unwrap();
     assert_eq!(check().status.code(), Some(0));
@@ -376,7 +376,7 @@ fn a_flight_with_live_faults_repeats_with_them() {
         std::process::Command::new("bash").args(["-c", &format!("{command} --json")]).output().unwrap();
     let again: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
     assert_eq!(again["payload_hash"], run.summary["payload_hash"]);
-    let verified = ringwing().arg("verify").arg(run.folder.join("run.mcap")).output().unwrap();
+    let verified = ringwing().arg("verify").arg(run.log_path()).output().unwrap();
     let output =
         String::from_utf8_lossy(&verified.stdout).into_owned() + &String::from_utf8_lossy(&verified.stderr);
     assert_eq!(verified.status.code(), Some(0), "{output}");

@@ -1,6 +1,6 @@
 //! What the command prints, and what it does when nobody reads, when others own the run, and in a shell that completes.
 
-use crate::harness::{Swarm, ringwing, wait_until};
+use crate::harness::{Swarm, log_in, newest_run, ringwing, wait_until};
 use rustix::process::geteuid;
 use std::{
     ffi::OsStr,
@@ -56,7 +56,7 @@ fn full_device() -> File {
 fn folder_with_log() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let run = Swarm::fly("paper-4.1").with("--duration 1").finish();
-    fs::copy(run.folder.join("run.mcap"), folder.path().join("a.mcap")).unwrap();
+    fs::copy(run.log_path(), folder.path().join("a.mcap")).unwrap();
     folder
 }
 
@@ -132,8 +132,8 @@ fn a_flight_whose_summary_nobody_reads_still_writes_it() {
         command.stdout(closed_pipe()).stderr(Stdio::null()).status().unwrap().code(),
         Some(READER_GONE)
     );
-    let run = fs::read_dir(folder.path().join("runs")).unwrap().next().unwrap().unwrap().path();
-    assert!(run.join("summary.json").exists() && run.join("run.mcap").exists());
+    let run = newest_run(&folder.path().join("runs")).unwrap();
+    assert!(run.join("summary.json").exists() && log_in(&run).exists());
 }
 
 #[test]

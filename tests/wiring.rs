@@ -150,6 +150,11 @@ fn after_a_loss_its_neighbours_read_each_other_and_wait_at_the_board_of_a_succes
     run.signal(Part::Agent(UavId(3)), Signal::KILL);
     run.wait_for_second(3.0);
     let services = Inspector::of(&run).all_ends();
+    for uav in 1..=6 {
+        let ends = (set(&["world".into()]), set(&[format!("agent-{uav}")]));
+        // The killed agent's end may linger until it is cleaned up.
+        assert!(uav == 3 || services[&format!("uav/{uav}/traffic/1")] == ends, "the traffic of uav {uav}");
+    }
     let newest = |uav: u32| if uav == 3 { 2 } else { 1 };
     let listeners = |uav: u32| services[&format!("uav/{uav}/state/{}", newest(uav))].1.clone();
     assert_eq!(listeners(3), set(&["agent-2".into(), "agent-4".into()]));

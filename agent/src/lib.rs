@@ -1,7 +1,8 @@
 //! One UAV's agent: what it receives goes in, the command for its airframe and its own state come out.
 //!
 //! [`UavAgent`] is everything an agent does in a tick: [`reception`] decides which samples it can use, the [`pilot`]
-//! what to do with them. The pilot flies the paper's control [`law`]; [`membership`] tells it who is alive.
+//! what to do with them. The pilot flies the paper's control [`law`], through the collision filter of [`safety`]; [`membership`] tells it who is
+//! alive.
 //! [`process`] is the operating-system process around them, and the only module here that knows ports, clocks and
 //! threads.
 //!
@@ -14,6 +15,7 @@ pub mod membership;
 pub mod pilot;
 pub mod process;
 pub mod reception;
+pub mod safety;
 pub mod uav_agent;
 
 pub use pilot::{Decision, Pilot};

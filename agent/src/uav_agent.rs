@@ -7,9 +7,11 @@
 
 use crate::{
     pilot::{Decision, Pilot},
-    reception::{Inputs, LinkReceiver, LinkSettings, Route, Sample},
+    reception::{Inputs, LinkReceiver, LinkSettings, Route, Sample, sensor_limits},
 };
-use ringwing_flight::{Account, Command, LeaderState, LinkCounts, LinkSource, Sensed, Tick, UavId, UavState};
+use ringwing_flight::{
+    Account, Command, LeaderState, LinkCounts, LinkSource, Sensed, Tick, Traffic, UavId, UavState,
+};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 
 /// What an agent sends in one tick.
@@ -33,11 +35,15 @@ pub struct UavAgent {
     uav: UavId,
     pilot: Pilot,
     senses: LinkReceiver<Sensed>,
+    /// `None` without a collision filter: then nobody sends it.
+    traffic: Option<LinkReceiver<Traffic>>,
     /// Every UAV that was ever listened to: a link keeps its counts while its receiver is closed.
     neighbours: Vec<NeighbourInput>,
     leader: LinkReceiver<LeaderState>,
     links: LinkSettings,
     faults: Vec<LinkFault>,
+    /// What the sensors of traffic do to every report, as if the link had these faults.
+    sensor_limits: Vec<LinkFault>,
     last_tick: Tick,
 }
 
@@ -53,14 +59,18 @@ impl UavAgent {
     pub fn new(scenario: &Scenario, uav: UavId) -> Self {
         let links = LinkSettings::new(scenario);
         let route = |source, latency_ticks| Route { source, to: uav, latency_ticks };
+        let sensor_limits = sensor_limits(scenario);
+        let traffic = || LinkReceiver::new(route(LinkSource::TRAFFIC, 0), links, &sensor_limits);
         let mut agent = Self {
             uav,
             pilot: Pilot::new(scenario, uav),
             senses: LinkReceiver::new(route(LinkSource::OWN, 0), links, &[]),
+            traffic: scenario.control.collision_filter.then(traffic),
             neighbours: Vec::new(),
             leader: LinkReceiver::new(route(LinkSource::LEADER, 1), links, &[]),
             links,
             faults: Vec::new(),
+            sensor_limits,
             last_tick: Tick(scenario.last_tick()),
         };
         for other in agent.pilot.listened().to_vec() {
@@ -72,6 +82,10 @@ impl UavAgent {
     /// Replaces the faults of all its links. Samples in flight stay in flight.
     pub fn set_faults(&mut self, faults: &[LinkFault]) {
         self.senses.set_faults(faults);
+        if let Some(traffic) = &mut self.traffic {
+            // The limits come first, so that a fault never changes what they draw.
+            traffic.set_faults(&[&self.sensor_limits, faults].concat());
+        }
         self.leader.set_faults(faults);
         self.neighbours.iter_mut().for_each(|input| input.receiver.set_faults(faults));
         self.faults = faults.to_vec();
@@ -85,6 +99,10 @@ impl UavAgent {
             |ticks, take| inputs.sensed(ticks, take),
             |sensed| pilot.receive_sensed(sensed),
         )?;
+        if let Some(traffic) = &mut self.traffic {
+            let take = |report: &Traffic| pilot.receive_traffic(report);
+            traffic.receive(now, |ticks, take| inputs.traffic(ticks, take), take)?;
+        }
         for NeighbourInput { uav, receiver } in &mut self.neighbours {
             let take = |state: &UavState| pilot.receive_state(state, now);
             receiver.receive(now, |ticks, take| inputs.state(*uav, ticks, take), take)?;
@@ -101,7 +119,7 @@ impl UavAgent {
     /// first sample, and at the last tick.
     pub fn link_counts(&mut self, now: Tick) -> Vec<LinkCounts> {
         // Most flights have no link faults, and this is on the path of every tick.
-        if self.faults.is_empty() {
+        if self.faults.is_empty() && self.sensor_limits.is_empty() {
             return Vec::new();
         }
         let is_last = now == self.last_tick;
@@ -112,6 +130,9 @@ impl UavAgent {
         }
         report(&mut self.leader, now, is_due, is_last, &mut reports);
         report(&mut self.senses, now, is_due, is_last, &mut reports);
+        if let Some(traffic) = &mut self.traffic {
+            report(traffic, now, is_due, is_last, &mut reports);
+        }
         reports
     }
 

@@ -4,7 +4,7 @@
 
 use proptest::prelude::*;
 use ringwing_agent::membership::MembershipView;
-use ringwing_flight::{Tick, UavId, UavState, draw::Draws};
+use ringwing_flight::{RingOrder, Tick, UavId, UavState, draw::Draws};
 use std::collections::{BTreeMap, BTreeSet};
 
 const TIMEOUT_TICKS: i64 = 10;
@@ -47,7 +47,7 @@ impl Swarm {
     }
 
     fn member(index: usize, count: usize) -> MembershipView {
-        MembershipView::new(UavId(index as u32 + 1), count as u32, TIMEOUT_TICKS)
+        MembershipView::new(UavId(index as u32 + 1), RingOrder::by_number(count as u32), TIMEOUT_TICKS)
     }
 
     /// A number from 0 up to, but not including, `below`.

@@ -13,7 +13,7 @@ use crate::{
 use iceoryx2::{node::Node, prelude::ipc};
 use ringwing_flight::{
     Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, Pace, Part, Payload, Roster,
-    Sensed, UavId, UavState,
+    Sensed, Traffic, UavId, UavState,
 };
 use ringwing_scenario::{Scenario, Wake};
 use std::{collections::BTreeMap, marker::PhantomData};
@@ -41,6 +41,11 @@ const ACCOUNT_KEYS: u32 = 0x100;
 /// What `uav` senses, from the world, for its agent.
 pub fn sensed(uav: UavId, pace: Pace) -> Board<Sensed> {
     board(format!("uav/{}/sensed", uav.0), Part::World, 1, pace)
+}
+
+/// Which other aircraft `uav` senses, from the world, for its agent.
+pub fn traffic(uav: UavId, pace: Pace) -> Board<Traffic> {
+    board(format!("uav/{}/traffic", uav.0), Part::World, 1, pace)
 }
 
 /// What `uav` tells its ring neighbours.
@@ -118,6 +123,8 @@ fn with_kept_events<T>(channel: Channel<T>) -> Channel<T> {
 pub struct Services {
     uavs: u32,
     pace: Pace,
+    /// Whether UAVs have collision filters, which need to know the traffic.
+    has_traffic: bool,
     /// The boards of each part's newest incarnation.
     boards: BTreeMap<Part, Vec<BoardFactory>>,
     journal: journal::Factory,
@@ -148,6 +155,7 @@ impl Services {
         let mut services = Self {
             uavs,
             pace: scenario.pace(),
+            has_traffic: scenario.control.collision_filter,
             boards: BTreeMap::new(),
             journal: journal::create(node, journal_depth)?,
             links: links(uavs).create(node)?,
@@ -186,6 +194,21 @@ impl Services {
         Ok(())
     }
 
+    fn create_world_boards(
+        &self,
+        node: &Node<ipc::Service>,
+        incarnation: u32,
+    ) -> Result<Vec<BoardFactory>, BusError> {
+        let old = |index: usize| self.boards.get(&Part::World)?.get(index);
+        let (uavs, pace) = (UavId::all(self.uavs), self.pace);
+        let sensed = uavs.clone().map(|uav| sensed(uav, pace).create(node, incarnation, old(uav.index())));
+        let first = self.uavs as usize;
+        let filtering = uavs.filter(|_| self.has_traffic);
+        let traffic =
+            filtering.map(|uav| traffic(uav, pace).create(node, incarnation, old(first + uav.index())));
+        sensed.chain(traffic).collect()
+    }
+
     fn create_boards(
         &self,
         node: &Node<ipc::Service>,
@@ -195,9 +218,7 @@ impl Services {
         let pace = self.pace;
         let old = |index: usize| self.boards.get(&part)?.get(index);
         match part {
-            Part::World => UavId::all(self.uavs)
-                .map(|uav| sensed(uav, pace).create(node, incarnation, old(uav.index())))
-                .collect(),
+            Part::World => self.create_world_boards(node, incarnation),
             Part::Leader => Ok(vec![leader(self.uavs, pace).create(node, incarnation, old(0))?]),
             Part::Agent(uav) => {
                 let account = account(uav, pace);

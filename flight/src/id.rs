@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// The number of a UAV, from 1 to n as in the paper. In a whole ring its neighbours have the numbers before and after.
+/// The number of a UAV, from 1 to n as in the paper. Its ring neighbours are those of its [`RingOrder`](crate::RingOrder).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable, Serialize, Deserialize)]
 #[repr(transparent)]
 pub struct UavId(pub u32);
@@ -18,16 +18,6 @@ impl UavId {
     /// The UAV's place, from 0, in arrays that hold one entry for each UAV.
     pub fn index(self) -> usize {
         self.0 as usize - 1
-    }
-
-    /// The UAV before this one in a ring of `count`. Before UAV 1 comes UAV n.
-    pub fn previous(self, count: u32) -> Self {
-        if self.0 == 1 { Self(count) } else { Self(self.0 - 1) }
-    }
-
-    /// The UAV after this one in a ring of `count`. After UAV n comes UAV 1.
-    pub fn next(self, count: u32) -> Self {
-        if self.0 == count { Self(1) } else { Self(self.0 + 1) }
     }
 }
 
@@ -125,15 +115,6 @@ impl fmt::Display for Tick {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_first_and_the_last_uav_are_ring_neighbours() {
-        assert_eq!(UavId(1).previous(6), UavId(6));
-        assert_eq!(UavId(6).next(6), UavId(1));
-        for uav in UavId::all(6) {
-            assert_eq!(uav.next(6).previous(6), uav);
-        }
-    }
 
     #[test]
     fn every_part_has_a_place_of_its_own() {

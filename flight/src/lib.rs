@@ -3,8 +3,8 @@
 //! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for and how fast time passes.
 //! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
 //!   account of a finished flight, with the [`latency`] of its ticks.
-//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, and [`ring`] that of the UAVs still
-//!   alive.
+//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`ring_order`] says which UAV
+//!   has which slot, and [`ring`] is the geometry of the UAVs still alive.
 //! - [`draw`] makes all seeded draws, and [`counted`] writes numbers of things.
 //!
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
@@ -23,6 +23,7 @@ pub mod payload;
 pub mod process_state;
 pub mod report;
 pub mod ring;
+pub mod ring_order;
 mod wording;
 
 pub use event::{
@@ -34,11 +35,12 @@ pub use latency::LatencyTally;
 pub use motion::{Pose, direction, wrap};
 pub use pace::{Pace, real_time_factor};
 pub use payload::{
-    Account, AgeTicks, Command, EventMessage, FlightMode, FormationError, JournalEntry, JournalHeader,
-    LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedObstacle, TickTiming,
-    UavState,
+    Account, AgeTicks, Avoided, Command, EventMessage, FlightMode, FormationError, JournalEntry,
+    JournalHeader, LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedAircraft,
+    SensedObstacle, TickTiming, Traffic, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
 pub use ring::{LivingRing, OnLoss, Slot};
+pub use ring_order::RingOrder;
 pub use wording::counted;

@@ -3,7 +3,7 @@
 //! It is a pure function of who is alive, so all UAVs that agree on that fly the same ring. It must never depend on how
 //! or when a UAV was lost.
 
-use crate::{Formation, direction};
+use crate::{Formation, RingOrder, UavId, direction};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -47,27 +47,30 @@ impl Slot {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LivingRing {
     formation: Formation,
+    order: RingOrder,
     /// `None` under a law that ignores losses and always flies the whole ring.
     on_loss: Option<OnLoss>,
+    /// The slots that the living UAVs have in the whole ring, in ascending order.
     living: Vec<u32>,
     radius_m: f64,
-    /// Bearing of the slot of the living UAV with the lowest number.
+    /// Bearing of the slot of the living UAV that comes first in ring order.
     first_rad: f64,
 }
 
 impl LivingRing {
-    /// The ring while all UAVs are alive. Without `on_loss` it stays whole, whichever UAVs are lost.
-    pub fn whole(formation: Formation, on_loss: Option<OnLoss>) -> Self {
+    /// The ring of the UAVs in this `order` while all are alive. Without `on_loss` it stays whole, whichever UAVs are
+    /// lost.
+    pub fn whole(formation: Formation, order: RingOrder, on_loss: Option<OnLoss>) -> Self {
         // A whole ring takes its slots from the formation, so `first_rad` has no meaning in it.
         let living = (1..=formation.count()).collect();
-        Self { formation, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
+        Self { formation, order, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
     }
 
     /// Changes to the ring of the UAVs for which `lives` is true; returns whether the ring has changed.
     ///
     /// Without `on_loss` nothing changes.
     pub fn reform(&mut self, lives: impl Fn(u32) -> bool) -> bool {
-        let living = || (1..=self.formation.count()).filter(|number| lives(*number));
+        let living = || (1..=self.formation.count()).filter(|slot| lives(self.order.uav(*slot).0));
         let changes = self.on_loss.is_some() && !living().eq(self.living.iter().copied());
         if changes {
             // In ascending order, as the searches below require.
@@ -89,6 +92,11 @@ impl LivingRing {
         }
     }
 
+    /// Which UAV has which slot in the whole ring.
+    pub fn order(&self) -> &RingOrder {
+        &self.order
+    }
+
     /// How many UAVs are alive.
     pub fn count(&self) -> usize {
         self.living.len()
@@ -101,16 +109,16 @@ impl LivingRing {
 
     /// Whether UAV `number` is alive.
     pub fn has(&self, number: u32) -> bool {
-        self.living.binary_search(&number).is_ok()
+        self.living.binary_search(&self.place(number)).is_ok()
     }
 
     /// The slot of UAV `number`. A UAV that is not alive has its original slot.
     pub fn slot(&self, number: u32) -> Slot {
-        match self.living.binary_search(&number) {
+        match self.living.binary_search(&self.place(number)) {
             Ok(place) if self.is_evenly_spread() => {
                 Slot { bearing_rad: self.first_rad - self.step_rad(place), radius_m: self.radius_m }
             }
-            _ => self.original(number),
+            _ => self.original(self.place(number)),
         }
     }
 
@@ -118,12 +126,13 @@ impl LivingRing {
     /// UAV is left.
     pub fn neighbours(&self, number: u32) -> [Option<u32>; 2] {
         // A lost UAV has neighbours too: `place` is where it would be if it were alive.
-        let place = self.living.partition_point(|living| *living < number);
+        let own = self.place(number);
+        let place = self.living.partition_point(|living| *living < own);
         let after = place + usize::from(self.has(number));
         let count = self.living.len();
         // With nobody alive there is no place to find; `max` only prevents the division by zero.
-        let at = |place: usize| self.living.get(place % count.max(1)).copied();
-        [at(place + count.saturating_sub(1)), at(after)].map(|one| one.filter(|one| *one != number))
+        let at = |place: usize| self.living.get(place % count.max(1)).filter(|slot| **slot != own);
+        [at(place + count.saturating_sub(1)), at(after)].map(|slot| slot.map(|slot| self.order.uav(*slot).0))
     }
 
     /// The distance between the slots of UAV `number` and its `neighbour`, in metres: L in a whole ring, and in one
@@ -141,8 +150,13 @@ impl LivingRing {
         !self.is_whole() && self.living.len() >= RING_MIN && self.on_loss != Some(OnLoss::KeepSlots)
     }
 
-    fn original(&self, number: u32) -> Slot {
-        Slot { bearing_rad: self.formation.bearing_rad(number), radius_m: self.formation.radius_m() }
+    /// The slot that UAV `number` has in the whole ring.
+    fn place(&self, number: u32) -> u32 {
+        self.order.slot(UavId(number))
+    }
+
+    fn original(&self, slot: u32) -> Slot {
+        Slot { bearing_rad: self.formation.bearing_rad(slot), radius_m: self.formation.radius_m() }
     }
 
     /// The angle from the first living UAV, clockwise around the ring, to the one in `place` among the living.
@@ -157,8 +171,7 @@ impl LivingRing {
     fn least_turned_rad(&self) -> f64 {
         // A plain mean is right here. Bearings are not wrapped, so there is no jump at pi that would need a circular
         // mean.
-        let first =
-            |(place, number): (usize, &u32)| self.formation.bearing_rad(*number) + self.step_rad(place);
+        let first = |(place, slot): (usize, &u32)| self.formation.bearing_rad(*slot) + self.step_rad(place);
         self.living.iter().enumerate().map(first).sum::<f64>() / self.living.len() as f64
     }
 }
@@ -170,7 +183,8 @@ mod tests {
     use std::f64::consts::PI;
 
     fn ring(uavs: u32, on_loss: OnLoss, lost: &[u32]) -> LivingRing {
-        let mut ring = LivingRing::whole(Formation::new(uavs, 40.0, PI), Some(on_loss));
+        let mut ring =
+            LivingRing::whole(Formation::new(uavs, 40.0, PI), RingOrder::by_number(uavs), Some(on_loss));
         ring.reform(|number| !lost.contains(&number));
         ring
     }
@@ -190,7 +204,7 @@ mod tests {
 
     #[test]
     fn a_ring_that_does_not_close_stays_whole() {
-        let mut ring = LivingRing::whole(Formation::new(6, 40.0, PI), None);
+        let mut ring = LivingRing::whole(Formation::new(6, 40.0, PI), RingOrder::by_number(6), None);
         assert!(!ring.reform(|number| number > 2) && ring.is_whole());
         assert_eq!((ring.neighbours(3), ring.rest_m(3, 2)), ([Some(2), Some(4)], 40.0));
     }
@@ -230,6 +244,22 @@ mod tests {
         assert_eq!(ring(6, OnLoss::KeepSpacing, &[2, 3, 4, 5]).neighbours(1), [Some(6), Some(6)]);
         assert_eq!(ring(3, OnLoss::KeepSpacing, &[2, 3]).neighbours(1), [None, None]);
         assert_eq!(ring(3, OnLoss::KeepSpacing, &[1, 2, 3]).neighbours(1), [None, None]);
+    }
+
+    #[test]
+    fn the_ring_is_that_of_the_slots_whatever_the_numbers_in_them() {
+        // UAV 5 has slot 1, UAV 3 slot 2, and so on.
+        let order = RingOrder::new(vec![6, 3, 2, 5, 1, 4]);
+        let mut ordered =
+            LivingRing::whole(Formation::new(6, 40.0, PI), order.clone(), Some(OnLoss::KeepSpacing));
+        ordered.reform(|number| number != order.uav(3).0);
+        let by_number = ring(6, OnLoss::KeepSpacing, &[3]);
+        for slot in 1..=6 {
+            let number = order.uav(slot).0;
+            assert_eq!(ordered.slot(number), by_number.slot(slot));
+            let expected = by_number.neighbours(slot).map(|slot| slot.map(|slot| order.uav(slot).0));
+            assert_eq!(ordered.neighbours(number), expected);
+        }
     }
 
     proptest! {

@@ -25,7 +25,7 @@ mod verdict;
 pub use chance::{ChanceEvent, UnplannedLoss};
 pub use coherence::Coherence;
 pub use fault_effects::{FaultEffects, IdleFault};
-pub use frame::{AirframeSample, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
+pub use frame::{AirframeSample, AvoidedThing, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
 pub use links::LinkTotals;
 pub use pairs::{Pairs, UavPair};
 pub use recovery::FaultRecovery;

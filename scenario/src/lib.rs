@@ -2,12 +2,13 @@
 //!
 //! [`model`] is the data. [`Source`] finds the text of a scenario, and [`Scenario::read`] parses it, applies the
 //! [`Setting`]s of the command line, validates the result and reports every problem at once. [`preset`] holds the
-//! built-in scenarios, [`start`] places the UAVs, and [`fault`] is the grammar of faults and their schedule.
+//! built-in scenarios, [`start`] places the UAVs, `assignment` gives them their slots, and [`fault`] is the grammar of faults and their schedule.
 //!
 //! Never knows processes, services or clocks: a scenario means the same in every process of a run.
 
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
+mod assignment;
 mod event_text;
 pub mod fault;
 mod fault_check;
@@ -21,10 +22,10 @@ mod validate;
 
 pub use fault::{Action, Fault, schedule::FaultSchedule};
 pub use model::{
-    AirframeSection, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
+    AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
     GeoreferenceSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection, ObstacleSection,
-    RequirementsSection, Scenario, SensingSection, StartSection, StartState, SupervisionSection, TimeSection,
-    Wake,
+    RequirementsSection, SafetySection, Scenario, SensingSection, StartSection, StartState,
+    SupervisionSection, TimeSection, Wake,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, keys};

@@ -3,7 +3,7 @@
 //! Never delays or loses a sample: that is what the receivers do.
 
 use ringwing_agent::reception::{Inputs, Sample, Take};
-use ringwing_flight::{LeaderState, Sensed, Tick, UavId, UavState};
+use ringwing_flight::{LeaderState, Sensed, Tick, Traffic, UavId, UavState};
 use std::{collections::VecDeque, convert::Infallible, ops::RangeInclusive};
 
 /// Samples kept of each sender. A thawed agent needs the newest two; more are only copied.
@@ -40,6 +40,8 @@ impl<T: Sample> Sent<T> {
 pub(crate) struct Air {
     /// To each UAV from its own airframe, UAV 1 first.
     pub(crate) sensed: Vec<Sent<Sensed>>,
+    /// The traffic near each UAV, UAV 1 first; nothing without collision filters.
+    pub(crate) traffic: Vec<Sent<Traffic>>,
     /// By each UAV to those who listen.
     pub(crate) states: Vec<Sent<UavState>>,
     /// By the leader to all.
@@ -51,6 +53,7 @@ impl Air {
         let count = uavs as usize;
         Self {
             sensed: vec![Sent::nothing(); count],
+            traffic: vec![Sent::nothing(); count],
             states: vec![Sent::nothing(); count],
             leader: Sent::nothing(),
         }
@@ -68,6 +71,11 @@ impl Inputs for AgentInputs<'_> {
 
     fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), Infallible> {
         self.air.sensed[self.uav.index()].hand_over(&ticks, take);
+        Ok(())
+    }
+
+    fn traffic(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Traffic>) -> Result<(), Infallible> {
+        self.air.traffic[self.uav.index()].hand_over(&ticks, take);
         Ok(())
     }
 

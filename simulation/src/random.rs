@@ -74,14 +74,21 @@ impl Dice {
 
     fn set_law(&mut self, scenario: &mut Scenario) {
         let law = self.pick(&[Law::Paper, Law::Resilient]);
-        let LawSwitches { dead_reckoning, trust_fades, gain_fades, force_limited, ring_closes } =
-            law.switches();
+        let LawSwitches {
+            dead_reckoning,
+            trust_fades,
+            gain_fades,
+            force_limited,
+            ring_closes,
+            collision_filter,
+        } = law.switches();
         // Only the reader of scenario files sets the switches of a law, and the agents read only the switches.
         let control = &mut scenario.control;
         control.law = law;
         control.dead_reckoning = dead_reckoning;
         (control.trust_fades, control.gain_fades) = (trust_fades, gain_fades);
         (control.force_limited, control.ring_closes) = (force_limited, ring_closes);
+        control.collision_filter = collision_filter;
         // 0.1 s is five ticks at 50 Hz; validation refuses fewer than four.
         scenario.membership.loss_timeout_s = self.pick(&[0.1, 0.3, 1.0, 3.0]);
         scenario.membership.on_loss =

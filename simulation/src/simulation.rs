@@ -262,7 +262,10 @@ impl Simulation {
 
     fn publish_sensed(&mut self) {
         self.sensed.fill(None);
-        for sensed in self.airspace.open_tick() {
+        for (sensed, traffic) in self.airspace.open_tick() {
+            if let Some(traffic) = traffic {
+                self.air.traffic[sensed.uav.index()].push(traffic);
+            }
             self.air.sensed[sensed.uav.index()].push(sensed);
             self.sensed[sensed.uav.index()] = Some(sensed);
         }

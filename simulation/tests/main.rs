@@ -10,5 +10,6 @@ mod pinned;
 mod random;
 mod resilience;
 mod rules;
+mod safety;
 mod storm;
 mod theory;

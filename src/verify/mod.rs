@@ -157,7 +157,7 @@ fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Repeatab
 
 /// The first event that depends on chance. A flight with such an event may differ the next time.
 fn first_by_chance(events: &[TimedEvent]) -> Option<&TimedEvent> {
-    events.iter().find(|timed| timed.event.is_by_chance() && !is_request(&timed.event))
+    events.iter().find(|timed| timed.event.is_by_chance())
 }
 
 /// The first event about the recorder. It never changes the flight, but the log of another flight will not have it.

@@ -27,6 +27,10 @@ pub enum Refusal {
     Vanished,
 }
 
+/// Ticks without a new command after which an aircraft no longer seems to be flown. In lockstep 1 would do; in real time a
+/// command may be late. More let a UAV be taken for steered while it flies on blindly.
+const SILENT_TICKS: i64 = 3;
+
 /// An airframe and its state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Airframe {
@@ -106,6 +110,13 @@ impl Airframe {
     /// Whether it flies on commands.
     pub fn is_commanded(&self) -> bool {
         self.mode == FlightMode::COMMANDED
+    }
+
+    /// Whether its agent has commanded it lately, seen at `now`.
+    pub fn is_answering(&self, now: Tick) -> bool {
+        // Before the first tick nobody can have answered.
+        let newest = self.newest_command.unwrap_or(Tick::APPROACH);
+        self.is_commanded() && now.since(newest) <= SILENT_TICKS
     }
 
     /// The tick of the newest command taken, `None` before the first.

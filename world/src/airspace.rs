@@ -19,7 +19,7 @@
 //! Never knows processes, services or clocks: the same commands give the same flight and the same hash, to the bit.
 
 use crate::{Refusal, Sky};
-use ringwing_flight::{Collision, Command, Event, Sensed, Tick, UavId, WorldReport};
+use ringwing_flight::{Collision, Command, Event, Sensed, Tick, Traffic, UavId, WorldReport};
 use ringwing_scenario::{Scenario, StartState};
 use xxhash_rust::xxh3::Xxh3;
 
@@ -88,16 +88,20 @@ impl Airspace {
         self.now() >= self.last_tick
     }
 
-    /// What each UAV in the sky senses, UAV 1 first, to be sent to its agent. Each one is hashed when it is taken from
-    /// the iterator, so take all of them, once a tick.
-    pub fn open_tick(&mut self) -> impl Iterator<Item = Sensed> {
+    /// What each UAV in the sky senses, UAV 1 first, to be sent to its agent: itself, and the traffic if it has a collision
+    /// filter. Each one is hashed when it is taken from the iterator, so take all of them, once a tick.
+    pub fn open_tick(&mut self) -> impl Iterator<Item = (Sensed, Option<Traffic>)> {
         // Borrow the two apart: the iterator reads the sky while it updates the hash.
         let Self { sky, hash, .. } = self;
         let sky = &*sky;
         sky.airframes().iter().filter_map(|airframe| {
             let sensed = sky.senses(airframe.uav())?;
             hash.update(bytemuck::bytes_of(&sensed));
-            Some(sensed)
+            let traffic = sky.traffic(airframe.uav());
+            if let Some(traffic) = &traffic {
+                hash.update(bytemuck::bytes_of(traffic));
+            }
+            Some((sensed, traffic))
         })
     }
 
@@ -223,7 +227,7 @@ mod tests {
         let mut airspace = airspace();
         let mut expected = Xxh3::new();
         for _ in 0..2 {
-            let sensed: Vec<Sensed> = airspace.open_tick().collect();
+            let sensed: Vec<Sensed> = airspace.open_tick().map(|(sensed, _)| sensed).collect();
             for one in &sensed {
                 expected.update(bytemuck::bytes_of(one));
             }

@@ -3,7 +3,10 @@
 //! Never knows processes, services or clocks: the same commands give the same flight, to the bit.
 
 use crate::{Airframe, Refusal, collisions::Collisions};
-use ringwing_flight::{Command, Event, Sensed, SensedObstacle, Tick, UavId, payload::MAX_SENSED_OBSTACLES};
+use ringwing_flight::{
+    Command, Event, Sensed, SensedAircraft, SensedObstacle, Tick, Traffic, UavId,
+    payload::{MAX_SENSED_AIRCRAFT, MAX_SENSED_OBSTACLES},
+};
 use ringwing_scenario::{ObstacleSection, Scenario, StartState};
 
 /// The true state of the flight: every airframe, and every obstacle.
@@ -13,6 +16,8 @@ pub struct Sky {
     airframes: Vec<Airframe>,
     obstacles: Vec<ObstacleSection>,
     sensing_range_m: f64,
+    /// How far a UAV senses other aircraft; `None` while nobody uses that.
+    traffic_range_m: Option<f64>,
     collisions: Collisions,
 }
 
@@ -30,6 +35,7 @@ impl Sky {
             airframes,
             obstacles: scenario.obstacles.clone(),
             sensing_range_m: scenario.sensing.range_m,
+            traffic_range_m: scenario.control.collision_filter.then_some(scenario.sensing.traffic_range_m),
         }
     }
 
@@ -89,6 +95,51 @@ impl Sky {
         (sensed, count as u32, (near.len() - count) as u32)
     }
 
+    /// The other aircraft near `uav` now; `None` once it has left the sky, and while no UAV has a collision filter.
+    pub fn traffic(&self, uav: UavId) -> Option<Traffic> {
+        let range_m = self.traffic_range_m.filter(|_| self.airframes[uav.index()].is_flying())?;
+        let own = self.airframes[uav.index()].pose().position;
+        let mut nearest = Nearest::none();
+        let others = self.airframes.iter().filter(|other| other.is_flying() && other.uav() != uav);
+        for other in others {
+            let squared_m2 = (other.pose().position - own).norm_squared();
+            if squared_m2 <= range_m * range_m {
+                nearest.add(squared_m2, other.uav());
+            }
+        }
+        Some(self.report_of(uav, &nearest))
+    }
+
+    fn report_of(&self, uav: UavId, nearest: &Nearest) -> Traffic {
+        let mut traffic = Traffic {
+            tick: self.now,
+            uav,
+            aircraft_count: nearest.count as u32,
+            aircraft_omitted: nearest.omitted,
+            reserved: 0,
+            aircraft: [SensedAircraft::default(); MAX_SENSED_AIRCRAFT],
+        };
+        for (place, (_, other)) in traffic.aircraft_mut().iter_mut().zip(&nearest.found) {
+            *place = self.sensed_aircraft(*other);
+        }
+        traffic
+    }
+
+    fn sensed_aircraft(&self, uav: UavId) -> SensedAircraft {
+        let airframe = &self.airframes[uav.index()];
+        let (speed_m_s, turn_rate_rad_s) = airframe.rates();
+        // A transponder tells whether somebody flies the aircraft. Only the path of one that nobody flies is an arc.
+        let is_answering = airframe.is_answering(self.now);
+        SensedAircraft {
+            position_m: airframe.pose().position.into(),
+            heading_rad: airframe.pose().heading_rad,
+            speed_m_s,
+            turn_rate_rad_s: if is_answering { 0.0 } else { turn_rate_rad_s },
+            uav: uav.0,
+            is_answering: u32::from(is_answering),
+        }
+    }
+
     /// Offers a command to the airframe of UAV `to`.
     pub fn accept(&mut self, to: UavId, command: &Command) -> Result<(), Refusal> {
         self.airframes[to.index()].accept(command, self.now)
@@ -110,6 +161,35 @@ impl Sky {
             events.push(Event::Collision { uav, with, position_m });
         }
         events
+    }
+}
+
+/// The nearest aircraft so far, nearest first. Each tick builds one for each UAV, so it never allocates.
+struct Nearest {
+    /// Squared distance, and who it is.
+    found: [(f64, UavId); MAX_SENSED_AIRCRAFT],
+    count: usize,
+    omitted: u32,
+}
+
+impl Nearest {
+    fn none() -> Self {
+        Self { found: [(f64::INFINITY, UavId(0)); MAX_SENSED_AIRCRAFT], count: 0, omitted: 0 }
+    }
+
+    /// Puts `uav` in its place. At equal distances the one that was added first is the nearer.
+    fn add(&mut self, squared_m2: f64, uav: UavId) {
+        let place = self.found[..self.count].partition_point(|(known, _)| *known <= squared_m2);
+        if self.count == MAX_SENSED_AIRCRAFT {
+            self.omitted += 1;
+            if place == MAX_SENSED_AIRCRAFT {
+                return;
+            }
+        } else {
+            self.count += 1;
+        }
+        self.found[place..self.count].rotate_right(1);
+        self.found[place] = (squared_m2, uav);
     }
 }
 
@@ -149,6 +229,48 @@ mod tests {
     fn an_obstacle_is_sensed_once_its_edge_is_in_range() {
         let sky = sky_at_origin(vec![mast(1, 150.9), mast(2, 151.1)]);
         assert_eq!(sky.senses(UavId(1)).unwrap().obstacles().len(), 1);
+    }
+
+    /// A sky with UAVs at these places on the x axis, whose filters are on.
+    fn sky_with_traffic(x_m: &[f64]) -> Sky {
+        let mut scenario = Scenario::default();
+        scenario.formation.uavs = x_m.len() as u32;
+        scenario.control.collision_filter = true;
+        let at = |x: &f64| StartState { position_m: [*x, 0.0], heading_deg: 0.0, speed_m_s: 15.0 };
+        let mut sky = Sky::new(&scenario, &x_m.iter().map(at).collect::<Vec<_>>());
+        sky.step();
+        sky
+    }
+
+    fn sensed_numbers(sky: &Sky, uav: u32) -> Vec<u32> {
+        sky.traffic(UavId(uav)).unwrap().aircraft().iter().map(|aircraft| aircraft.uav).collect()
+    }
+
+    #[test]
+    fn the_nearest_aircraft_in_range_are_sensed_and_the_others_counted() {
+        let places: Vec<f64> = (0..12).rev().map(|number| f64::from(number) * 10.0).collect();
+        let sky = sky_with_traffic(&places);
+        assert_eq!(sensed_numbers(&sky, 12), [11, 10, 9, 8, 7, 6, 5, 4]);
+        assert_eq!(sky.traffic(UavId(12)).unwrap().aircraft_omitted, 3);
+        assert_eq!(sensed_numbers(&sky_with_traffic(&[0.0, 119.9, -120.1]), 1), [2]);
+    }
+
+    #[test]
+    fn without_a_filter_nobody_senses_traffic() {
+        assert_eq!(sky_at_origin(Vec::new()).traffic(UavId(1)), None);
+    }
+
+    #[test]
+    fn the_turn_rate_of_an_aircraft_is_sensed_once_its_agent_is_silent() {
+        let mut sky = sky_with_traffic(&[0.0, 50.0, 500.0]);
+        let turn =
+            Command { tick: sky.now(), speed_m_s: 15.0, turn_rate_rad_s: 0.3, uav: UavId(2), withheld: 0 };
+        sky.accept(UavId(2), &turn).unwrap();
+        let sensed = |sky: &Sky| sky.traffic(UavId(1)).unwrap().aircraft()[0];
+        sky.step();
+        assert_eq!((sensed(&sky).is_answering, sensed(&sky).turn_rate_rad_s), (1, 0.0));
+        (0..10).for_each(|_| drop(sky.step()));
+        assert_eq!((sensed(&sky).is_answering, sensed(&sky).turn_rate_rad_s), (0, 0.3), "it flies on");
     }
 
     #[test]

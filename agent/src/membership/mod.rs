@@ -24,7 +24,7 @@ mod standing;
 use dissemination::Dissemination;
 use listening::Side;
 use record::{MemberRecord, Silence};
-use ringwing_flight::{Rumour, Tick, UavId, UavState, payload::RUMOURS};
+use ringwing_flight::{RingOrder, Rumour, Tick, UavId, UavState, payload::RUMOURS};
 use standing::Standing;
 
 /// The two directions round the ring.
@@ -48,6 +48,7 @@ struct Watch {
 #[derive(Debug, Clone)]
 pub struct MembershipView {
     own: UavId,
+    order: RingOrder,
     timeout_ticks: i64,
     /// UAV 1 first.
     members: Vec<MemberRecord>,
@@ -62,13 +63,14 @@ pub struct MembershipView {
 }
 
 impl MembershipView {
-    /// The view of UAV `own` in a swarm of `count` at the start: all are alive. A watched UAV that is silent for
+    /// The view of UAV `own` in a ring of this `order` at the start: all are alive. A watched UAV that is silent for
     /// `timeout_ticks` is lost, unless the patience with it has grown.
-    pub fn new(own: UavId, count: u32, timeout_ticks: i64) -> Self {
+    pub fn new(own: UavId, order: RingOrder, timeout_ticks: i64) -> Self {
         let mut view = Self {
             own,
             timeout_ticks,
-            members: vec![MemberRecord::new(timeout_ticks); count as usize],
+            members: vec![MemberRecord::new(timeout_ticks); order.count() as usize],
+            order,
             watches: Vec::new(),
             watches_before: Vec::new(),
             listened: Vec::new(),
@@ -165,7 +167,13 @@ impl MembershipView {
     /// The UAV beyond a suspect is watched before the suspect is declared lost. If two neighbours are lost together,
     /// the loss of the second one then does not take another whole patience to notice.
     fn watch(&mut self, direction: RingSide, now: Tick) {
-        for uav in self.others(direction) {
+        // A copy for each step: an iterator would borrow the view, which changes on the way.
+        let mut uav = self.own;
+        loop {
+            uav = self.beside(direction, uav);
+            if uav == self.own {
+                return;
+            }
             if !self.is_alive(uav) {
                 continue;
             }
@@ -175,7 +183,7 @@ impl MembershipView {
             self.watches.push(Watch { uav, since });
             let member = &mut self.members[uav.index()];
             let report = match member.judge_silence(since, now) {
-                Silence::Short => break,
+                Silence::Short => return,
                 Silence::Suspicious => member.standing.suspected(),
                 Silence::Over => member.standing.lost(),
             };
@@ -186,16 +194,17 @@ impl MembershipView {
     }
 
     /// All other UAVs in one direction, the nearest first.
-    fn others(&self, direction: RingSide) -> impl Iterator<Item = UavId> + use<> {
-        // Copies, so that the iterator does not borrow the view and `watch` can change it meanwhile.
-        let (own, count) = (self.own, self.count());
-        let step = move |uav: &UavId| {
-            Some(match direction {
-                RingSide::Previous => uav.previous(count),
-                RingSide::Next => uav.next(count),
-            })
-        };
-        std::iter::successors(step(&own), step).take_while(move |uav| *uav != own)
+    fn others(&self, direction: RingSide) -> impl Iterator<Item = UavId> {
+        let step = move |uav: &UavId| Some(self.beside(direction, *uav));
+        std::iter::successors(step(&self.own), step).take_while(|uav| *uav != self.own)
+    }
+
+    /// The UAV next to `uav` in one direction of the whole ring.
+    fn beside(&self, direction: RingSide, uav: UavId) -> UavId {
+        match direction {
+            RingSide::Previous => self.order.previous(uav),
+            RingSide::Next => self.order.next(uav),
+        }
     }
 
     fn update_listened(&mut self, now: Tick) {

@@ -5,6 +5,7 @@
 //!
 //! Never knows processes, services or clocks: the same inputs give the same outputs, to the bit.
 
+mod forecast;
 mod gains;
 mod leader_estimate;
 mod neighbours;
@@ -16,12 +17,17 @@ use crate::law::{
     Bond, ControlInput, Field, Forces, Limits, RepulsiveObstacle, formation_control, potential,
     potential_forces, repulsion, saturated_control, speed_force,
 };
+use crate::safety::CollisionFilter;
+use forecast::LawForecast;
 use gains::Gains;
 use leader_estimate::LeaderEstimate;
 use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
 use own_flight::OwnFlight;
-use ringwing_flight::{Account, Command, LeaderState, Pose, Sensed, SensedObstacle, Tick, UavId, UavState};
+use ringwing_flight::{
+    Account, Avoided, Command, LeaderState, Pose, Sensed, SensedObstacle, Tick, Traffic, UavId, UavState,
+    direction,
+};
 use ringwing_scenario::{DeadReckoning, Scenario};
 use slots::{SlotGeometry, Slots};
 use track::{PeerTrack, age};
@@ -50,6 +56,8 @@ pub struct Pilot {
     neighbours: Neighbours,
     leader: LeaderEstimate,
     slots: Slots,
+    /// `None` while the scenario switches it off.
+    filter: Option<CollisionFilter>,
     /// The revision of the membership that the slots are for.
     revision: u64,
 }
@@ -62,6 +70,14 @@ struct LawTerms {
     /// Before saturation.
     unsaturated: ControlInput,
     control: ControlInput,
+}
+
+/// What the law wishes to fly in one tick.
+struct Wish {
+    control: ControlInput,
+    account: Account,
+    /// `None` before the first data from the leader.
+    forecast: Option<LawForecast>,
 }
 
 impl Pilot {
@@ -86,6 +102,7 @@ impl Pilot {
             neighbours: Neighbours::new(scenario, uav, timeout_ticks),
             leader: LeaderEstimate::default(),
             slots: Slots::new(scenario, uav),
+            filter: scenario.control.collision_filter.then(|| CollisionFilter::new(scenario, uav)),
             // Revision 0 is the whole ring, and `Slots::new` begins with that.
             revision: 0,
         }
@@ -96,6 +113,13 @@ impl Pilot {
         // Another UAV's senses would make the pilot steer from a wrong position.
         if senses.uav == self.uav {
             self.own.receive(senses);
+        }
+    }
+
+    /// Takes in which other aircraft the UAV senses.
+    pub fn receive_traffic(&mut self, traffic: &Traffic) {
+        if let Some(filter) = &mut self.filter {
+            filter.receive(traffic);
         }
     }
 
@@ -124,24 +148,47 @@ impl Pilot {
         self.update_slots(now);
         let senses = *self.own.senses(now, self.timeout_ticks)?;
         let own = self.own.pose_at(&senses, now, self.dead_reckoning, self.period_s);
-        let (control, account) = self.steer(&senses, &own, now);
+        let wish = self.steer(&senses, &own, now);
+        let (control, account) = self.filtered(wish, &senses, &own, now);
         // If later senses are late, the own position is predicted from what was commanded here.
         self.own.record_command(now, control);
         Some(Decision { state: self.state(now, &own, control), command: self.command(now, control), account })
     }
 
-    /// The control input by the law, with its account; without a leader, straight on at the present speed.
-    fn steer(&mut self, senses: &Sensed, own: &Pose, now: Tick) -> (ControlInput, Account) {
+    /// What is flown of `wish`, with the account of it.
+    fn filtered(&mut self, wish: Wish, senses: &Sensed, own: &Pose, now: Tick) -> (ControlInput, Account) {
+        let Wish { control, mut account, forecast } = wish;
+        let Some(filter) = &mut self.filter else { return (control, account) };
+        let obstacles = senses.obstacles();
+        let force = |pose: &Pose, after_s: f64| match &forecast {
+            Some(forecast) => forecast.force(pose, after_s, obstacles),
+            None => direction(own.heading_rad) * control.speed_m_s,
+        };
+        let flown = filter.apply(now, own, control, force, obstacles);
+        (account.speed_m_s, account.turn_rate_rad_s) =
+            (flown.control.speed_m_s, flown.control.turn_rate_rad_s);
+        (account.avoided, account.avoided_m) = (flown.avoided, flown.avoided_at.into());
+        (flown.control, account)
+    }
+
+    /// What the law wishes, with its account; without a leader, straight on at the present speed.
+    fn steer(&mut self, senses: &Sensed, own: &Pose, now: Tick) -> Wish {
         let Some((leader, leader_pose)) = self.leader.at(now, self.dead_reckoning, self.period_s) else {
             let control = ControlInput { speed_m_s: senses.speed_m_s, turn_rate_rad_s: 0.0 };
-            return (control, Account::without_leader(&self.command(now, control)));
+            let account = Account::without_leader(&self.command(now, control));
+            return Wish { control, account, forecast: None };
         };
         let geometry = self.slots.geometry();
         // Only the ring neighbours have a term in the law. The agent may listen to more UAVs, to learn who is alive.
         let tracks = geometry.neighbours.map(|neighbour| self.neighbours.newest(neighbour?.0));
         let field = self.field(geometry, tracks, &leader_pose, own, now);
         let terms = self.law_terms(field, &leader, &leader_pose, senses, own);
-        (terms.control, self.account(&terms, tracks, &leader, own, now))
+        // Nobody else asks where the law leads.
+        let forecast = self
+            .filter
+            .is_some()
+            .then(|| LawForecast::new(&self.gains, &terms.field, tracks, leader, leader_pose));
+        Wish { control: terms.control, account: self.account(&terms, tracks, &leader, own, now), forecast }
     }
 
     /// Moves the slots, and sends them to a new ring when a UAV was lost or has returned.
@@ -192,7 +239,7 @@ impl Pilot {
         own: &Pose,
     ) -> LawTerms {
         let forces = potential_forces(&field, &own.position);
-        let repulsion_m = self.repulsion(senses, &own.position);
+        let repulsion_m = repulsion_of(senses.obstacles(), self.gains.obstacle_m, &own.position);
         // Only the formation's force is limited. A limited repulsion could be outweighed, and the UAV would hit the
         // obstacle.
         let formation_force = self.gains.limited(forces.total(), leader.speed_m_s);
@@ -202,19 +249,6 @@ impl Pilot {
         let unsaturated = formation_control(&force, own.heading_rad, self.gains.heading_rad_per_m);
         let control = saturated_control(&unsaturated, &self.limits);
         LawTerms { field, forces, repulsion_m, unsaturated, control }
-    }
-
-    /// `f_obs` of Eq. (13), summed over the obstacles that the UAV senses.
-    fn repulsion(&self, senses: &Sensed, own: &Point2<f64>) -> Vector2<f64> {
-        let of_one = |sensed: &SensedObstacle| {
-            let obstacle = RepulsiveObstacle {
-                centre: sensed.position_m.into(),
-                radius_m: sensed.radius_m,
-                braking_distance_m: sensed.braking_distance_m,
-            };
-            repulsion(self.gains.obstacle_m, &obstacle, own)
-        };
-        senses.obstacles().iter().map(of_one).sum()
     }
 
     fn account(
@@ -230,8 +264,11 @@ impl Pilot {
             tick: now,
             speed_m_s: control.speed_m_s,
             turn_rate_rad_s: control.turn_rate_rad_s,
+            wish_speed_m_s: control.speed_m_s,
+            wish_turn_rate_rad_s: control.turn_rate_rad_s,
+            avoided_m: [0.0; 2],
+            avoided: Avoided::NOTHING,
             uav: self.uav,
-            reserved: 0,
             slot_m: field.slot.into(),
             previous_force_m: forces.previous.into(),
             next_force_m: forces.next.into(),
@@ -271,4 +308,17 @@ impl Pilot {
             rumours: self.neighbours.rumours(),
         }
     }
+}
+
+/// `f_obs` of Eq. (13), summed over the obstacles that a UAV at `own` senses.
+fn repulsion_of(obstacles: &[SensedObstacle], gain_m: f64, own: &Point2<f64>) -> Vector2<f64> {
+    let of_one = |sensed: &SensedObstacle| {
+        let obstacle = RepulsiveObstacle {
+            centre: sensed.position_m.into(),
+            radius_m: sensed.radius_m,
+            braking_distance_m: sensed.braking_distance_m,
+        };
+        repulsion(gain_m, &obstacle, own)
+    };
+    obstacles.iter().map(of_one).sum()
 }

@@ -25,10 +25,10 @@ struct NeighbourTrack {
 impl Neighbours {
     /// The neighbours of `own` in `scenario`. A UAV that is silent for `timeout_ticks` may be declared lost.
     pub(super) fn new(scenario: &Scenario, own: UavId, timeout_ticks: i64) -> Self {
-        let count = scenario.formation.uavs;
+        let order = scenario.ring_order();
         let closes = scenario.control.ring_closes;
-        let membership = closes.then(|| MembershipView::new(own, count, timeout_ticks));
-        let mut listened = vec![own.previous(count), own.next(count)];
+        let mut listened = vec![order.previous(own), order.next(own)];
+        let membership = closes.then(|| MembershipView::new(own, order, timeout_ticks));
         // Benchmarks fly swarms of two, whose neighbours are the same UAV, and of one, which has no neighbour.
         listened.dedup();
         listened.retain(|uav| *uav != own);

@@ -10,7 +10,9 @@ use crate::{
 use ringwing_bus::{
     Ballast, BoardReader, BoardWriter, BusError, Gate, Member, Publisher, Stamps, monotonic_ns, services,
 };
-use ringwing_flight::{Account, Command, LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
+use ringwing_flight::{
+    Account, Command, LeaderState, LinkCounts, Pace, Sensed, Tick, Traffic, UavId, UavState,
+};
 use std::{hint::black_box, ops::RangeInclusive};
 
 /// An agent's ends of the services.
@@ -34,6 +36,8 @@ struct InputPorts<'m> {
     member: &'m Member,
     pace: Pace,
     sensed: BoardReader<Sensed>,
+    /// `None` without a collision filter.
+    traffic: Option<BoardReader<Traffic>>,
     /// One for each UAV that is listened to.
     states: Vec<(UavId, BoardReader<UavState>)>,
     leader: BoardReader<LeaderState>,
@@ -126,12 +130,15 @@ impl<'m> AgentPorts<'m> {
 
 impl<'m> InputPorts<'m> {
     fn open(member: &'m Member, uav: UavId, uavs: u32, listened: &[UavId]) -> Result<Self, BusError> {
-        let (boards, pace) = (member.boards(), member.scenario().pace());
+        let (boards, scenario) = (member.boards(), member.scenario());
+        let pace = scenario.pace();
+        let traffic = || services::traffic(uav, pace).reader(boards);
         let state = |other: &UavId| Ok((*other, services::state(*other, pace).reader(boards)?));
         Ok(Self {
             member,
             pace,
             sensed: services::sensed(uav, pace).reader(boards)?,
+            traffic: scenario.control.collision_filter.then(traffic).transpose()?,
             states: listened.iter().map(state).collect::<Result<_, BusError>>()?,
             leader: services::leader(uavs, pace).reader(boards)?,
         })
@@ -143,6 +150,11 @@ impl Inputs for InputPorts<'_> {
 
     fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), BusError> {
         self.sensed.read_newest(self.member.boards(), ticks, |sample, _| take(sample)).map(drop)
+    }
+
+    fn traffic(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Traffic>) -> Result<(), BusError> {
+        let Some(port) = &mut self.traffic else { return Ok(()) };
+        port.read_newest(self.member.boards(), ticks, |sample, _| take(sample)).map(drop)
     }
 
     fn state(

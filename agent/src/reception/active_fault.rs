@@ -178,12 +178,14 @@ impl ActiveFault {
             LinkImpairment::Stuck | LinkImpairment::Rate { .. } => false,
             LinkImpairment::Bias { x_m, y_m, heading_rad } => {
                 let error = PoseError { x_m: *x_m, y_m: *y_m, heading_rad: *heading_rad };
-                displace(error, fate)
+                displace(|| error, fate)
             }
             LinkImpairment::Noise { position_m, heading_rad } => {
                 let mut noise = draws.stream(Purpose::Noise, rank);
-                let (x_m, y_m) = (position_m * noise.normal(), position_m * noise.normal());
-                let error = PoseError { x_m, y_m, heading_rad: heading_rad * noise.normal() };
+                let error = || {
+                    let (x_m, y_m) = (position_m * noise.normal(), position_m * noise.normal());
+                    PoseError { x_m, y_m, heading_rad: heading_rad * noise.normal() }
+                };
                 displace(error, fate)
             }
         }
@@ -221,9 +223,14 @@ fn lose<T>(is_hit: bool, fate: &mut Fate<T>) -> bool {
     is_hit
 }
 
-fn displace<T: Sample>(error: PoseError, fate: &mut Fate<T>) -> bool {
-    fate.sample = fate.sample.displaced(error);
-    error != PoseError::default()
+fn displace<T: Sample>(mut error: impl FnMut() -> PoseError, fate: &mut Fate<T>) -> bool {
+    let mut has_error = false;
+    fate.sample = fate.sample.displaced(|| {
+        let error = error();
+        has_error |= error != PoseError::default();
+        error
+    });
+    has_error
 }
 
 /// A delay in whole ticks, because a receiver reads only once a tick.

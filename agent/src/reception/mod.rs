@@ -11,13 +11,15 @@ mod capacity;
 pub mod impairment;
 mod route;
 pub mod sample;
+mod sensor_limits;
 
 pub use arrivals::Arrivals;
 pub use impairment::ImpairedLink;
 pub use route::Route;
 pub use sample::Sample;
+pub use sensor_limits::sensor_limits;
 
-use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, UavId, UavState};
+use ringwing_flight::{LeaderState, LinkCounts, Pace, Sensed, Tick, Traffic, UavId, UavState};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 use std::ops::RangeInclusive;
 
@@ -34,6 +36,9 @@ pub trait Inputs {
 
     /// Reads what the UAV senses of itself and of obstacles.
     fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), Self::Error>;
+
+    /// Reads which other aircraft the UAV senses. Called only by an agent with a collision filter.
+    fn traffic(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Traffic>) -> Result<(), Self::Error>;
 
     /// Reads what UAV `from` tells its neighbours. Its input is open.
     fn state(

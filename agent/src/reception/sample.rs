@@ -2,7 +2,7 @@
 //!
 //! Never decides what happens to a sample: the faults of its link do.
 
-use ringwing_flight::{LeaderState, Sensed, Tick, UavState, wrap};
+use ringwing_flight::{LeaderState, Sensed, Tick, Traffic, UavState, wrap};
 
 /// A message that a link with faults can carry: a stamped position and heading.
 pub trait Sample: Copy {
@@ -10,8 +10,9 @@ pub trait Sample: Copy {
     fn tick(&self) -> Tick;
     /// The same sample, stamped as if sent in `tick`.
     fn stamped(self, tick: Tick) -> Self;
-    /// The same sample with `error` added to its position and heading.
-    fn displaced(self, error: PoseError) -> Self;
+    /// The same sample with an error added to each position and heading in it. `error` is called for each of them, in
+    /// order.
+    fn displaced(self, error: impl FnMut() -> PoseError) -> Self;
 }
 
 /// An error of a measured position and heading.
@@ -25,6 +26,14 @@ pub struct PoseError {
     pub heading_rad: f64,
 }
 
+impl PoseError {
+    fn add_to(self, position_m: &mut [f64; 2], heading_rad: &mut f64) {
+        let [x, y] = *position_m;
+        *position_m = [x + self.x_m, y + self.y_m];
+        *heading_rad = wrap(*heading_rad + self.heading_rad);
+    }
+}
+
 macro_rules! samples {
     ($($message:ty),*) => {$(
         impl Sample for $message {
@@ -36,15 +45,31 @@ macro_rules! samples {
                 Self { tick, ..self }
             }
 
-            fn displaced(self, error: PoseError) -> Self {
-                let [x, y] = self.position_m;
-                let heading_rad = wrap(self.heading_rad + error.heading_rad);
-                Self { position_m: [x + error.x_m, y + error.y_m], heading_rad, ..self }
+            fn displaced(mut self, mut error: impl FnMut() -> PoseError) -> Self {
+                error().add_to(&mut self.position_m, &mut self.heading_rad);
+                self
             }
         }
     )*};
 }
 samples!(UavState, LeaderState, Sensed);
+
+impl Sample for Traffic {
+    fn tick(&self) -> Tick {
+        self.tick
+    }
+
+    fn stamped(self, tick: Tick) -> Self {
+        Self { tick, ..self }
+    }
+
+    fn displaced(mut self, mut error: impl FnMut() -> PoseError) -> Self {
+        for aircraft in self.aircraft_mut() {
+            error().add_to(&mut aircraft.position_m, &mut aircraft.heading_rad);
+        }
+        self
+    }
+}
 
 /// UAV 2's state of `tick`, at x = `tick` metres.
 #[cfg(test)]

@@ -1,5 +1,6 @@
 use super::*;
 use crate::reception::{Sample, Take, sample::test_state};
+use nalgebra::Point2;
 use ringwing_flight::{FlightMode, SensedObstacle, payload::MAX_SENSED_OBSTACLES};
 use ringwing_scenario::{Fault, FaultSchedule};
 use std::{
@@ -14,6 +15,7 @@ const TIMEOUT_TICKS: i64 = 10;
 #[derive(Default)]
 struct Lists {
     sensed: Vec<Sensed>,
+    traffic: Vec<Traffic>,
     states: BTreeMap<UavId, Vec<UavState>>,
     leader: Vec<LeaderState>,
     open: BTreeSet<UavId>,
@@ -28,6 +30,11 @@ impl Inputs for Lists {
 
     fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), Infallible> {
         hand_over(&self.sensed, &ticks, take);
+        Ok(())
+    }
+
+    fn traffic(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Traffic>) -> Result<(), Infallible> {
+        hand_over(&self.traffic, &ticks, take);
         Ok(())
     }
 
@@ -199,4 +206,25 @@ fn an_input_that_opens_later_has_the_faults_of_its_link() {
     fly(&mut agent, &mut lists, [0, 30], &[6]);
     assert!(agent.listened().contains(&UavId(3)));
     assert_eq!(agent.link_counts(Tick(0)).len(), 1);
+}
+
+#[test]
+fn an_account_says_which_commands_eq_12_cut() {
+    let cut = |leader_m: [f64; 2], heading_rad: f64| {
+        let mut scenario = Scenario::default();
+        // The resilient law limits the force itself, which leaves little to cut.
+        scenario.control.force_limited = false;
+        let (mut agent, mut lists) = (UavAgent::new(&scenario, UavId(1)), Lists::default());
+        lists.sensed.push(Sensed { heading_rad, ..senses(0) });
+        // The leader stands where its ring would have UAV 1 in its slot, but for this displacement.
+        let slot = Scenario::default().formation().slot(1, Point2::origin());
+        let position_m = [leader_m[0] - slot.x, leader_m[1] - slot.y];
+        lists.leader.push(LeaderState { position_m, ..leader_state(0) });
+        step(&mut agent, &mut lists, 0);
+        let account = step(&mut agent, &mut lists, 1).account.unwrap();
+        (account.speed_saturated, account.turn_rate_saturated)
+    };
+    assert_eq!(cut([0.0, 0.0], 0.0), (0, 0), "in its slot");
+    assert_eq!(cut([500.0, 0.0], 0.0), (1, 0), "the slot is far ahead");
+    assert_eq!(cut([0.0, 500.0], 0.0).1, 1, "the slot is far to the left");
 }

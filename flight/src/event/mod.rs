@@ -339,15 +339,16 @@ impl Event {
             | Self::FaultOverdue
             | Self::ConnectionsFailed { .. }
             | Self::RunInterrupted
-            | Self::RunPaused { .. }
-            | Self::FaultRequested { .. } => true,
-            // The scenario and its seed decide these, or they leave the flight as it is.
+            | Self::RunPaused { .. } => true,
+            // The scenario and its seed decide these, or they leave the flight as it is. Somebody chose the moment of a requested
+            // fault, but the log and the printed command hold it, so the flight can be repeated.
             Self::Collision { .. }
             | Self::Failsafe { .. }
             | Self::RecorderSilent
             | Self::RecorderGap { .. }
             | Self::ProcessFault { .. }
             | Self::FaultRefused { .. }
+            | Self::FaultRequested { .. }
             | Self::LinkFault { .. }
             | Self::SlowFault { .. }
             | Self::FaultHealed { .. } => false,

@@ -103,7 +103,7 @@ fn every_event_has_its_level_name_and_text() {
          | ~Info fault.start: uav 3 is started: start uav 3
          |  Warning fault.refused: uav 3 is not frozen: thaw uav 3
          |  Warning fault.refused: there is no uav 9: thaw uav 3
-         |! Info fault.requested: at 5 s kill uav 3
+         |  Info fault.requested: at 5 s kill uav 3
          |! Warning fault.overdue: a fault was not applied in time; flying on: raise supervision.start_timeout_s
          |! Warning fault.late: 1.50 s late, with its duration kept: freeze uav 3 for 2 s (uav 3)
          | ~Info fault.link: link 2->3 loss 30 % for 2 s

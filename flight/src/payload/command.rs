@@ -50,6 +50,31 @@ impl AgeTicks {
     }
 }
 
+/// What the collision filter avoids.
+///
+/// A number instead of an `enum`, so that any bytes in shared memory are a valid value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct Avoided(u32);
+
+impl Avoided {
+    /// Nothing: the law's wish is flown untouched.
+    pub const NOTHING: Self = Self(0);
+    /// An obstacle.
+    pub const OBSTACLE: Self = Self(u32::MAX);
+
+    /// The aircraft with this UAV's number.
+    pub fn uav(number: u32) -> Self {
+        // UAVs have numbers from 1 to 1024, so neither 0 nor the largest number is a UAV.
+        Self(number)
+    }
+
+    /// 0 for nothing, the number of a UAV, or the largest number for an obstacle.
+    pub fn number(self) -> u32 {
+        self.0
+    }
+}
+
 /// How a command came about, once a tick, for the log: every term of the law, the age of its inputs, and which UAVs
 /// the agent considers alive.
 ///
@@ -77,6 +102,13 @@ pub struct Account {
     pub repulsion_m: [f64; 2],
     /// `F_i`, Eq. (3), in m^2.
     pub potential_m2: f64,
+    /// The speed that the law asks for, within the airframe's limits. It differs from `speed_m_s` only while the
+    /// collision filter acts.
+    pub wish_speed_m_s: f64,
+    /// The turn rate that the law asks for, within the airframe's limits.
+    pub wish_turn_rate_rad_s: f64,
+    /// Where the filter takes what it avoids to be, in the local frame; zero if it avoids nothing.
+    pub avoided_m: [f64; 2],
     /// Fingerprint of the set of UAVs that the agent considers lost: 0 for the empty set, equal for equal sets.
     pub lost_fingerprint: u64,
     /// The sender.
@@ -89,8 +121,8 @@ pub struct Account {
     pub leader_age: AgeTicks,
     /// How many UAVs the agent considers alive, its own included.
     pub living: u32,
-    /// Zero; keeps the layout free of padding.
-    pub reserved: u32,
+    /// What the collision filter avoids.
+    pub avoided: Avoided,
     /// 1 if Eq. (12) limited the speed, else 0.
     pub speed_saturated: u16,
     /// 1 if Eq. (12) limited the turn rate, else 0.
@@ -110,6 +142,8 @@ impl Account {
             tick: command.tick,
             speed_m_s: command.speed_m_s,
             turn_rate_rad_s: command.turn_rate_rad_s,
+            wish_speed_m_s: command.speed_m_s,
+            wish_turn_rate_rad_s: command.turn_rate_rad_s,
             uav: command.uav,
             previous_age: AgeTicks::NEVER,
             next_age: AgeTicks::NEVER,

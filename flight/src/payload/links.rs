@@ -16,14 +16,17 @@ impl LinkSource {
     pub const LEADER: Self = Self(0);
     /// The receiver's own airframe: what it senses of itself.
     pub const OWN: Self = Self(u32::MAX);
+    /// The receiver's own airframe: which other aircraft it senses.
+    pub const TRAFFIC: Self = Self(u32::MAX - 1);
 
     /// The agent of `uav`.
     pub fn uav(uav: UavId) -> Self {
-        // UAVs have numbers from 1 to 1024, so neither 0 nor the largest number is a UAV.
+        // UAVs have numbers from 1 to 1024, so neither 0 nor one of the two largest numbers is a UAV.
         Self(uav.0)
     }
 
-    /// The UAV's number, 0 for the leader, and the largest number for the receiver's own airframe.
+    /// The UAV's number, 0 for the leader, the largest number for the receiver's own airframe, and the one below for
+    /// the traffic.
     pub fn number(self) -> u32 {
         self.0
     }
@@ -34,6 +37,7 @@ impl fmt::Display for LinkSource {
         match *self {
             Self::LEADER => f.write_str("leader"),
             Self::OWN => f.write_str("own"),
+            Self::TRAFFIC => f.write_str("traffic"),
             Self(uav) => uav.fmt(f),
         }
     }

@@ -16,8 +16,9 @@ mod roster;
 mod sensed;
 mod state;
 mod timing;
+mod traffic;
 
-pub use command::{Account, AgeTicks, Command};
+pub use command::{Account, AgeTicks, Avoided, Command};
 pub use event::EventMessage;
 pub use journal::{JournalEntry, JournalHeader};
 pub use leader::LeaderState;
@@ -26,6 +27,7 @@ pub use roster::{MAX_UAVS, Roster};
 pub use sensed::{FlightMode, MAX_SENSED_OBSTACLES, Sensed, SensedObstacle};
 pub use state::{RUMOURS, Rumour, UavState};
 pub use timing::{FormationError, TickTiming};
+pub use traffic::{MAX_SENSED_AIRCRAFT, SensedAircraft, Traffic};
 
 use bytemuck::Pod;
 use std::fmt::Debug;
@@ -50,13 +52,14 @@ payloads! {
     LeaderState: "LeaderState.v1", 48;
     UavState: "UavState.v2", 120;
     Sensed: "Sensed.v1", 320;
+    Traffic: "Traffic.v1", 408;
     Command: "Command.v3", 32;
-    Account: "Account.v1", 168;
+    Account: "Account.v2", 200;
     TickTiming: "TickTiming.v1", 72;
     LinkCounts: "LinkCounts.v2", 80;
     Roster: "Roster.v3", 152;
     FormationError: "FormationError.v3", 24;
     EventMessage: "EventMessage.v1", 1024;
     JournalHeader: "JournalHeader.v1", 128;
-    JournalEntry: "JournalEntry.v1", 496;
+    JournalEntry: "JournalEntry.v2", 528;
 }

@@ -44,7 +44,8 @@ fn order(frame: &Frame) -> Option<f64> {
 
 /// Counts pieces by missing links: the first cut leaves the ring in one piece, and each further cut adds one.
 fn ring_pieces(frame: &Frame) -> u32 {
-    let neighbours = frame.uavs.iter().zip(frame.uavs.iter().cycle().skip(1));
+    let round = frame.round_the_ring();
+    let neighbours = round.clone().zip(round.cycle().skip(1));
     let are_linked = |(one, next): &(&UavFrame, &UavFrame)| one.commanded().and(next.commanded()).is_some();
     let links = neighbours.filter(are_linked).count() as u32;
     let count = frame.all_commanded().count() as u32;

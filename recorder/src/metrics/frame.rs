@@ -8,7 +8,7 @@ use super::{
     ring::{FlownRing, RingNeighbour},
 };
 use nalgebra::Point2;
-use ringwing_flight::{Account, FlightMode, LeaderState, LinkCounts, Sensed, UavId};
+use ringwing_flight::{Account, Avoided, FlightMode, LeaderState, LinkCounts, Sensed, UavId};
 use ringwing_scenario::Scenario;
 
 /// The payloads of one tick.
@@ -189,6 +189,32 @@ pub struct ControlTerms {
     pub slots_moving: bool,
     /// Fingerprint of the UAVs that the agent considers lost: 0 for none, and equal if two agents agree.
     pub lost_fingerprint: u64,
+    /// The speed that the law asked for, within the airframe's limits.
+    pub wish_speed_m_s: f64,
+    /// The turn rate that the law asked for, within the airframe's limits.
+    pub wish_turn_rate_rad_s: f64,
+    /// What the collision filter avoids; `None` while it flies the law's wish.
+    pub avoided: Option<AvoidedThing>,
+}
+
+/// What a collision filter avoids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AvoidedThing {
+    /// The number of the UAV; `None` for an obstacle.
+    pub uav: Option<u32>,
+    /// Where it was when the filter chose its way, east and north.
+    pub place_m: [f64; 2],
+}
+
+impl AvoidedThing {
+    fn of(account: &Account) -> Option<Self> {
+        let place_m = account.avoided_m;
+        match account.avoided {
+            Avoided::NOTHING => None,
+            Avoided::OBSTACLE => Some(Self { uav: None, place_m }),
+            aircraft => Some(Self { uav: Some(aircraft.number()), place_m }),
+        }
+    }
 }
 
 impl ControlTerms {
@@ -214,6 +240,9 @@ impl ControlTerms {
             leader_silent: account.leader_silent != 0,
             slots_moving: account.slots_moving != 0,
             lost_fingerprint: account.lost_fingerprint,
+            wish_speed_m_s: account.wish_speed_m_s,
+            wish_turn_rate_rad_s: account.wish_turn_rate_rad_s,
+            avoided: AvoidedThing::of(account),
         }
     }
 
@@ -270,6 +299,11 @@ impl Frame {
     /// The state of UAV `number`, if it flies on command.
     pub fn commanded(&self, number: u32) -> Option<&TrueState> {
         self.uavs.get(number as usize - 1)?.commanded()
+    }
+
+    /// All UAVs in the order of their slots.
+    pub(crate) fn round_the_ring(&self) -> impl Iterator<Item = &UavFrame> + Clone {
+        self.ring.in_order().map(|number| &self.uavs[UavId(number).index()])
     }
 
     /// The states of all UAVs that fly on command.

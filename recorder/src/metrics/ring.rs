@@ -97,6 +97,11 @@ impl FlownRing {
         place.is_in && self.place(other).is_in && (is_other(place.previous) || is_other(place.next))
     }
 
+    /// The numbers of all UAVs, lost ones included, in the order of their slots.
+    pub fn in_order(&self) -> impl Iterator<Item = u32> + Clone {
+        self.living.order().uavs().iter().map(|uav| uav.0)
+    }
+
     /// The number of UAVs in the swarm, lost ones included.
     pub(crate) fn uavs(&self) -> u32 {
         self.places.len() as u32

@@ -2,7 +2,7 @@
 //!
 //! A frame that is read back from these messages equals the one that was written, to the bit.
 
-use crate::metrics::{ControlTerms, TrueState};
+use crate::metrics::{AvoidedThing, ControlTerms, TrueState};
 use ringwing_flight::FlightMode;
 
 /// Where a UAV is and how it flies, every tick: `/uav/001/state`.
@@ -142,6 +142,21 @@ pub struct UavControl {
     /// Fingerprint of the UAVs that the agent considers lost: 0 for none, and equal if two agents agree.
     #[prost(uint64, tag = "27")]
     pub lost_fingerprint: u64,
+    /// The speed that the law asked for; it differs from the commanded one only while the collision filter acts.
+    #[prost(double, tag = "28")]
+    pub wish_speed_m_s: f64,
+    /// The turn rate that the law asked for.
+    #[prost(double, tag = "29")]
+    pub wish_turn_rate_rad_s: f64,
+    /// The UAV that the collision filter avoids; absent if it avoids an obstacle or does not act.
+    #[prost(uint32, optional, tag = "30")]
+    pub avoided_uav: Option<u32>,
+    /// Where the filter saw what it avoids, east; absent while it does not act.
+    #[prost(double, optional, tag = "31")]
+    pub avoided_x_m: Option<f64>,
+    /// Where the filter saw what it avoids, north.
+    #[prost(double, optional, tag = "32")]
+    pub avoided_y_m: Option<f64>,
 }
 
 impl UavState {
@@ -223,6 +238,11 @@ impl UavControl {
             leader_silent: control.leader_silent,
             slots_moving: control.slots_moving,
             lost_fingerprint: control.lost_fingerprint,
+            wish_speed_m_s: control.wish_speed_m_s,
+            wish_turn_rate_rad_s: control.wish_turn_rate_rad_s,
+            avoided_uav: control.avoided.and_then(|avoided| avoided.uav),
+            avoided_x_m: control.avoided.map(|avoided| avoided.place_m[0]),
+            avoided_y_m: control.avoided.map(|avoided| avoided.place_m[1]),
         }
     }
 
@@ -248,6 +268,12 @@ impl UavControl {
             leader_silent: self.leader_silent,
             slots_moving: self.slots_moving,
             lost_fingerprint: self.lost_fingerprint,
+            wish_speed_m_s: self.wish_speed_m_s,
+            wish_turn_rate_rad_s: self.wish_turn_rate_rad_s,
+            avoided: self
+                .avoided_x_m
+                .zip(self.avoided_y_m)
+                .map(|(x, y)| AvoidedThing { uav: self.avoided_uav, place_m: [x, y] }),
         }
     }
 }
@@ -264,6 +290,15 @@ mod tests {
             let (state, control) = (uav.state.unwrap(), uav.control.unwrap());
             assert_eq!(UavState::of(7, &state).state(), state);
             assert_eq!(UavControl::of(7, state.uav, &control).terms(), control);
+        }
+    }
+
+    #[test]
+    fn what_the_filter_avoids_comes_back_from_its_message() {
+        for uav in [None, Some(4)] {
+            let avoided = Some(AvoidedThing { uav, place_m: [3.0, -4.0] });
+            let control = ControlTerms { wish_speed_m_s: 17.0, avoided, ..ControlTerms::default() };
+            assert_eq!(UavControl::of(7, 3, &control).terms(), control);
         }
     }
 

@@ -97,6 +97,7 @@ impl Display for Sender {
             Self::All => f.write_str("all"),
             Self::Leader => f.write_str("leader"),
             Self::Own => f.write_str("own"),
+            Self::Traffic => f.write_str("traffic"),
         }
     }
 }

@@ -177,7 +177,7 @@ fn impairment_or_blackout(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
     }
 }
 
-/// `2->3`, `2<->3`, `all`, `leader->all`, `own->3`.
+/// `2->3`, `2<->3`, `all`, `leader->all`, `own->3`, `traffic->3`.
 fn links(words: &mut Lexer<'_>) -> Parsed<Links> {
     let sender = sender(words)?;
     // `all` alone means every link, but `all->3` begins with the same word.
@@ -200,10 +200,12 @@ fn sender(words: &mut Lexer<'_>) -> Parsed<Sender> {
         Sender::Leader
     } else if words.take("own") {
         Sender::Own
+    } else if words.take("traffic") {
+        Sender::Traffic
     } else if words.take("all") {
         Sender::All
     } else {
-        Sender::Uav(words.count("a link, such as 2->3, 2<->3, leader->all, own->3 or all")?)
+        Sender::Uav(words.count("a link, such as 2->3, 2<->3, leader->all, own->3, traffic->3 or all")?)
     })
 }
 

@@ -31,6 +31,8 @@ pub enum Sender {
     Leader,
     /// The receiver's own airframe, which reports the UAV's own state.
     Own,
+    /// The receiver's own airframe, which reports other aircraft nearby.
+    Traffic,
 }
 
 /// The receiving end of a set of links.
@@ -177,10 +179,15 @@ impl Links {
     pub fn includes(&self, source: LinkSource, to: UavId) -> bool {
         match source {
             LinkSource::LEADER => self.includes_leader_link(to.0),
-            // Only `own->` names such a link: a UAV that is cut off from the others keeps its sensors.
-            LinkSource::OWN => matches!(self, Self::From(Sender::Own, receiver) if receiver.includes(to.0)),
+            // Only `own->` and `traffic->` name such links: a UAV that is cut off from the others keeps its sensors.
+            LinkSource::OWN => self.includes_sensors(Sender::Own, to.0),
+            LinkSource::TRAFFIC => self.includes_sensors(Sender::Traffic, to.0),
             _ => self.includes_uav_link(source.number(), to.0),
         }
+    }
+
+    fn includes_sensors(&self, sensors: Sender, to: u32) -> bool {
+        matches!(self, Self::From(sender, receiver) if *sender == sensors && receiver.includes(to))
     }
 
     fn includes_leader_link(&self, to: u32) -> bool {
@@ -198,7 +205,7 @@ impl Links {
         match self {
             Self::From(Sender::Uav(uav), receiver) => *uav == from && receiver.includes(to),
             Self::From(Sender::All, receiver) => receiver.includes(to),
-            Self::From(Sender::Leader | Sender::Own, _) => false,
+            Self::From(Sender::Leader | Sender::Own | Sender::Traffic, _) => false,
             Self::Between(one, other) => (from, to) == (*one, *other) || (from, to) == (*other, *one),
             Self::All => true,
             Self::Partition(groups) => {

@@ -1,5 +1,5 @@
 use super::{
-    Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets,
+    Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets, next_words,
     schedule::FaultSchedule,
 };
 use proptest::{collection::vec, option, prelude::*};
@@ -30,6 +30,7 @@ fn every_spelling_of_a_fault_is_written_back_in_one_form() {
         ("link all delay 0 s pareto 30 ms", "link all delay 0 s pareto 30 ms shape 3"),
         ("link all->all delay trace {20 ms,0.035 s}", "link all->all delay trace {20 ms, 35 ms}"),
         ("link own->3 loss 0.3", "link own->3 loss 30 %"),
+        ("link Traffic -> all stuck", "link traffic->all stuck"),
         ("link leader->all gilbert 1% 10%", "link leader->all gilbert 1 % 10 % 0 1"),
         ("link 2->3 gilbert loss 5% burst 80ms", "link 2->3 gilbert loss 5 % burst 80 ms"),
         ("link 2->3 corrupt 0.1", "link 2->3 corrupt 10 %"),
@@ -156,7 +157,8 @@ fn a_set_of_links_includes_those_that_it_names() {
     let included = |text: &str| {
         let (Action::Link { links, .. } | Action::Heal(links)) = action(text) else { panic!("{text}") };
         let uavs = || UavId::all(4);
-        let sources = uavs().map(LinkSource::uav).chain([LinkSource::LEADER, LinkSource::OWN]);
+        let others = [LinkSource::LEADER, LinkSource::OWN, LinkSource::TRAFFIC];
+        let sources = uavs().map(LinkSource::uav).chain(others);
         let pairs = sources.flat_map(|from| uavs().map(move |to| (from, to)));
         let named = pairs.filter(|(from, to)| *from != LinkSource::uav(*to) && links.includes(*from, *to));
         named.map(|(from, to)| format!("{from}->{}", to.0)).collect::<Vec<_>>().join(" ")
@@ -166,6 +168,7 @@ fn a_set_of_links_includes_those_that_it_names() {
     assert_eq!(included("link all->3 hold"), "1->3 2->3 4->3");
     assert_eq!(included("link leader->2 hold"), "leader->2");
     assert_eq!(included("link own->all hold"), "own->1 own->2 own->3 own->4");
+    assert_eq!(included("link traffic->2 hold"), "traffic->2");
     assert_eq!(included("isolate 1"), "1->2 1->3 1->4 2->1 3->1 4->1 leader->1");
     assert_eq!(included("partition {1,2}|{3}"), "1->3 2->3 3->1 3->2");
     assert_eq!(included("link all hold").split(' ').count(), 12 + 4);
@@ -307,6 +310,7 @@ fn links() -> impl Strategy<Value = Links> {
         Just(Sender::All),
         Just(Sender::Leader),
         Just(Sender::Own),
+        Just(Sender::Traffic),
         (1..99_u32).prop_map(Sender::Uav)
     ];
     let receiver = prop_oneof![Just(Receiver::All), (1..99_u32).prop_map(Receiver::Uav)];

@@ -52,11 +52,28 @@ pub enum Failsafe {
 pub struct SensingSection {
     /// A UAV senses an obstacle whose edge is nearer than this.
     pub range_m: f64,
+    /// A UAV senses another aircraft that is nearer than this, while its collision filter is on.
+    pub traffic_range_m: f64,
+    /// How late a report of other aircraft arrives.
+    pub traffic_delay_s: f64,
+    /// Share of these reports that is lost, from 0 to 1.
+    pub traffic_loss: f64,
+    /// Standard deviation of the error of each coordinate of another aircraft.
+    pub traffic_noise_m: f64,
+    /// Standard deviation of the error of its heading.
+    pub traffic_noise_deg: f64,
 }
 
 impl Default for SensingSection {
     fn default() -> Self {
-        Self { range_m: 150.0 }
+        Self {
+            range_m: 150.0,
+            traffic_range_m: 120.0,
+            traffic_delay_s: 0.0,
+            traffic_loss: 0.0,
+            traffic_noise_m: 0.0,
+            traffic_noise_deg: 0.0,
+        }
     }
 }
 

@@ -27,6 +27,8 @@ pub struct ControlSection {
     pub force_limited: bool,
     /// Close the ring after a loss and open it on a return, as [`MembershipSection`] says.
     pub ring_closes: bool,
+    /// Depart from the law's wish where its path is not clear of other aircraft and obstacles, as [`SafetySection`] says.
+    pub collision_filter: bool,
     /// G of Eq. (3).
     pub formation_gain: f64,
     /// Gain of the last term of Eq. (3), which draws a UAV to its slot; 1 in the paper.
@@ -39,8 +41,14 @@ pub struct ControlSection {
 
 impl Default for ControlSection {
     fn default() -> Self {
-        let LawSwitches { dead_reckoning, trust_fades, gain_fades, force_limited, ring_closes } =
-            Law::Paper.switches();
+        let LawSwitches {
+            dead_reckoning,
+            trust_fades,
+            gain_fades,
+            force_limited,
+            ring_closes,
+            collision_filter,
+        } = Law::Paper.switches();
         Self {
             law: Law::Paper,
             dead_reckoning,
@@ -50,6 +58,7 @@ impl Default for ControlSection {
             gain_reach_spacings: 0.5,
             force_limited,
             ring_closes,
+            collision_filter,
             // G of Section 4.1. The paper gives no k: below 40 a UAV hits obstacle 2 of Section 4.2, and a much larger
             // k pushes UAVs close to each other.
             formation_gain: 2.0,
@@ -83,7 +92,14 @@ impl Law {
     pub fn switches(self) -> LawSwitches {
         let on = self == Self::Resilient;
         let dead_reckoning = if on { DeadReckoning::Full } else { DeadReckoning::Tick };
-        LawSwitches { dead_reckoning, trust_fades: on, gain_fades: on, force_limited: on, ring_closes: on }
+        LawSwitches {
+            dead_reckoning,
+            trust_fades: on,
+            gain_fades: on,
+            force_limited: on,
+            ring_closes: on,
+            collision_filter: on,
+        }
     }
 }
 
@@ -101,6 +117,8 @@ pub struct LawSwitches {
     pub force_limited: bool,
     /// See [`ControlSection::ring_closes`].
     pub ring_closes: bool,
+    /// See [`ControlSection::collision_filter`].
+    pub collision_filter: bool,
 }
 
 /// How far a received state is predicted forward.
@@ -132,5 +150,38 @@ impl Default for MembershipSection {
     fn default() -> Self {
         // At 5 s a ring closes sooner than with slots that jump, and after most losses its UAVs stay farther apart.
         Self { loss_timeout_s: 1.0, on_loss: OnLoss::KeepSpacing, slots_move_s: 5.0 }
+    }
+}
+
+/// `[safety]`: how the collision filter keeps a UAV clear of others. Has no effect unless
+/// [`ControlSection::collision_filter`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SafetySection {
+    /// The distance to keep from other aircraft.
+    pub separation_m: f64,
+    /// The distance to keep from the edge of an obstacle.
+    pub clearance_m: f64,
+    /// How far ahead a path must be clear.
+    pub horizon_s: f64,
+    /// How often a UAV looks for a clear path.
+    pub interval_s: f64,
+    /// The angle between two courses that it considers.
+    pub heading_step_deg: f64,
+}
+
+impl Default for SafetySection {
+    fn default() -> Self {
+        Self {
+            // Five times the distance of a collision. At 15 m, two UAVs with slots by number keep each other from crossing
+            // for good in one of twenty flights; less leaves no room for late and noisy senses.
+            separation_m: 10.0,
+            clearance_m: 4.0,
+            // A half turn at the largest turn rate takes 6 s, but a swarm that looks farther ahead avoids conflicts that
+            // the law would have solved.
+            horizon_s: 4.0,
+            interval_s: 0.1,
+            heading_step_deg: 15.0,
+        }
     }
 }

@@ -30,15 +30,27 @@ pub struct FormationSection {
     pub uavs: u32,
     /// L, the distance between neighbouring slots.
     pub spacing_m: f64,
-    /// alpha, the bearing of UAV 1's slot from the centre. The others follow clockwise.
+    /// alpha, the bearing of slot 1 from the centre. The others follow clockwise.
     pub bearing_deg: f64,
+    /// Which UAV gets which slot.
+    pub assignment: Assignment,
+}
+
+/// How slots are given to UAVs before the flight. Each UAV keeps its slot for the whole flight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Assignment {
+    /// UAV i gets slot i, as in the paper.
+    Number,
+    /// As the start places suggest: the sum of the squared distances from start to slot is smallest.
+    Nearest,
 }
 
 impl Default for FormationSection {
     fn default() -> Self {
         // The formation of Section 4. Only with UAV 1 at the rear do the obstacles of Section 4.2 meet the UAVs that
         // its figures show.
-        Self { uavs: 6, spacing_m: 40.0, bearing_deg: 180.0 }
+        Self { uavs: 6, spacing_m: 40.0, bearing_deg: 180.0, assignment: Assignment::Number }
     }
 }
 

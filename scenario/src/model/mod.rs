@@ -12,13 +12,15 @@ mod process;
 mod start;
 
 pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
-pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection};
-pub use mission::{FormationSection, LeaderSection, ObstacleSection, RequirementsSection, TimeSection};
+pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection, SafetySection};
+pub use mission::{
+    Assignment, FormationSection, LeaderSection, ObstacleSection, RequirementsSection, TimeSection,
+};
 pub use process::{IpcSection, SupervisionSection, Wake};
 pub use start::{DrawSection, StartSection, StartState};
 
-use crate::{Fault, FaultSchedule};
-use ringwing_flight::{Formation, LivingRing, Pace};
+use crate::{Fault, FaultSchedule, assignment};
+use ringwing_flight::{Formation, LivingRing, Pace, RingOrder};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -48,6 +50,8 @@ pub struct Scenario {
     pub control: ControlSection,
     /// What the swarm does when it loses a UAV.
     pub membership: MembershipSection,
+    /// How the collision filter keeps UAVs clear of each other and of obstacles.
+    pub safety: SafetySection,
     /// The virtual leader.
     pub leader: LeaderSection,
     /// What each airframe can do.
@@ -74,13 +78,22 @@ pub struct Scenario {
 impl Scenario {
     /// The formation to form.
     pub fn formation(&self) -> Formation {
-        let FormationSection { uavs, spacing_m, bearing_deg } = self.formation;
+        let FormationSection { uavs, spacing_m, bearing_deg, .. } = self.formation;
         Formation::new(uavs, spacing_m, bearing_deg.to_radians())
+    }
+
+    /// Which UAV has which slot, by the rule that the scenario names.
+    pub fn ring_order(&self) -> RingOrder {
+        match self.formation.assignment {
+            Assignment::Number => RingOrder::by_number(self.formation.uavs),
+            Assignment::Nearest => assignment::nearest(self),
+        }
     }
 
     /// The ring before any loss, with the rule by which it closes.
     pub fn whole_ring(&self) -> LivingRing {
-        LivingRing::whole(self.formation(), self.control.ring_closes.then_some(self.membership.on_loss))
+        let on_loss = self.control.ring_closes.then_some(self.membership.on_loss);
+        LivingRing::whole(self.formation(), self.ring_order(), on_loss)
     }
 
     /// Length of a tick in seconds.
@@ -144,6 +157,7 @@ impl Default for Scenario {
             formation: FormationSection::default(),
             control: ControlSection::default(),
             membership: MembershipSection::default(),
+            safety: SafetySection::default(),
             leader: LeaderSection::default(),
             airframe: AirframeSection::default(),
             georeference: GeoreferenceSection::default(),

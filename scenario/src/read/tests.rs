@@ -46,7 +46,7 @@ braking_distance_m = 20
         problems(text, &settings),
         r#"
 wind.toml:2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-wind.toml:3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, seed, sensing, start, supervision, time
+wind.toml:3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, ipc, leader, membership, name, obstacles, requirements, safety, seed, sensing, start, supervision, time
 wind.toml:5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
 wind.toml:6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
 wind.toml:8: formation.uavs: 2 is outside 3 to 1024: give a value in this range
@@ -99,14 +99,24 @@ fn the_law_sets_the_switches_that_the_scenario_leaves_out() {
     let control = |text: &str, settings: &[&str]| read(text, settings).unwrap().control;
     let on = |control: &ControlSection| {
         let full = control.dead_reckoning == DeadReckoning::Full;
-        [full, control.trust_fades, control.gain_fades, control.force_limited, control.ring_closes]
+        [
+            full,
+            control.trust_fades,
+            control.gain_fades,
+            control.force_limited,
+            control.ring_closes,
+            control.collision_filter,
+        ]
     };
-    assert_eq!(on(&control("", &[])), [false; 5]);
-    assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 5]);
+    assert_eq!(on(&control("", &[])), [false; 6]);
+    assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 6]);
     let three = control("control.law = 'resilient'\ncontrol.gain_fades = false", &[]);
-    assert_eq!((on(&three), three.law), ([true, true, false, true, true], Law::Resilient));
-    assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false]);
-    assert_eq!(on(&control("", &["law=resilient", "ring_closes=false"])), [true, true, true, true, false]);
+    assert_eq!((on(&three), three.law), ([true, true, false, true, true, true], Law::Resilient));
+    assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false, false]);
+    assert_eq!(
+        on(&control("", &["law=resilient", "ring_closes=false"])),
+        [true, true, true, true, false, true]
+    );
 }
 
 #[test]

@@ -33,6 +33,12 @@ const NAME_MAX: usize = 60;
 /// arrives in the next or the one after, so a shorter time would count healthy neighbours as lost.
 const LOSS_TICKS_MIN: u32 = 4;
 
+/// Longest time that the collision filter may look ahead, or wait between two looks. Nothing that is farther ahead can be
+/// predicted.
+const HORIZON_MAX_S: f64 = 60.0;
+/// Smallest angle between two courses of the collision filter. A smaller one makes each look slow.
+const HEADING_STEP_MIN_DEG: f64 = 1.0;
+
 /// Everything that is impossible about `scenario`.
 pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     let mut violations = Vec::new();
@@ -43,6 +49,8 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(formation(scenario));
     violations.extend(control(scenario));
     violations.extend(membership(scenario));
+    violations.extend(safety(scenario));
+    violations.extend(sensing(scenario));
     violations.extend(leader(scenario));
     violations.extend(airframe(scenario));
     violations.extend(georeference(scenario));
@@ -135,6 +143,38 @@ fn membership(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     [
         loss_timeout.timeout(TIMEOUT_MAX_S).or_else(too_short),
         quantity("membership.slots_move_s", membership.slots_move_s).within(0.0..=TIMEOUT_MAX_S),
+    ]
+    .into_iter()
+    .flatten()
+}
+
+fn safety(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let safety = &scenario.safety;
+    let collision = quantity("airframe.collision_distance_m", scenario.airframe.collision_distance_m);
+    let separation = quantity("safety.separation_m", safety.separation_m);
+    [
+        collision.below(separation),
+        // Otherwise UAVs in their slots would avoid each other.
+        separation.below(quantity("formation.spacing_m", scenario.formation.spacing_m)),
+        quantity("safety.clearance_m", safety.clearance_m).not_below_zero(),
+        quantity("safety.horizon_s", safety.horizon_s).timeout(HORIZON_MAX_S),
+        quantity("safety.interval_s", safety.interval_s).timeout(HORIZON_MAX_S),
+        quantity("safety.heading_step_deg", safety.heading_step_deg).within(HEADING_STEP_MIN_DEG..=90.0),
+    ]
+    .into_iter()
+    .flatten()
+    // The section has no effect while the filter is off.
+    .filter(|_| scenario.control.collision_filter)
+}
+
+fn sensing(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let sensing = &scenario.sensing;
+    [
+        quantity("sensing.traffic_range_m", sensing.traffic_range_m).above_zero(),
+        quantity("sensing.traffic_delay_s", sensing.traffic_delay_s).within(0.0..=TIMEOUT_MAX_S),
+        quantity("sensing.traffic_loss", sensing.traffic_loss).within(0.0..=1.0),
+        quantity("sensing.traffic_noise_m", sensing.traffic_noise_m).not_below_zero(),
+        quantity("sensing.traffic_noise_deg", sensing.traffic_noise_deg).within(0.0..=180.0),
     ]
     .into_iter()
     .flatten()

@@ -36,11 +36,11 @@ fn the_defaults_and_the_example_are_valid() {
 fn every_quantity_is_checked_at_its_bounds() {
     type Change = fn(&mut Scenario, f64);
     // The key, how to set it, values that are just valid, and values that are not.
-    let bounds: [(&str, Change, &[f64], &[f64]); 28] = [
+    let bounds: [(&str, Change, &[f64], &[f64]); 38] = [
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
         ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
-        ("formation.spacing_m", |s, v| s.formation.spacing_m = v, &[2.1, 1e7], &[0.0, -40.0]),
+        ("formation.spacing_m", |s, v| s.formation.spacing_m = v, &[10.1, 1e7], &[0.0, -40.0]),
         ("formation.bearing_deg", |s, v| s.formation.bearing_deg = v, &[-360.0, 360.0], &[-361.0, 361.0]),
         ("control.formation_gain", |s, v| s.control.formation_gain = v, &[1e-9], &[0.0, -1.0]),
         ("control.slot_gain", |s, v| s.control.slot_gain = v, &[1e-9], &[0.0, -1.0]),
@@ -68,6 +68,16 @@ fn every_quantity_is_checked_at_its_bounds() {
         ),
         ("georeference.altitude_m", |s, v| s.georeference.altitude_m = v, &[-500.0, 1e5], &[-501.0, 1.1e5]),
         ("sensing.range_m", |s, v| s.sensing.range_m = v, &[10.0], &[9.9]),
+        ("sensing.traffic_range_m", |s, v| s.sensing.traffic_range_m = v, &[1e-9], &[0.0, -1.0]),
+        ("sensing.traffic_delay_s", |s, v| s.sensing.traffic_delay_s = v, &[0.0, 3600.0], &[-1.0, 3601.0]),
+        ("sensing.traffic_loss", |s, v| s.sensing.traffic_loss = v, &[0.0, 1.0], &[-0.1, 1.1]),
+        ("sensing.traffic_noise_m", |s, v| s.sensing.traffic_noise_m = v, &[0.0], &[-1.0]),
+        ("sensing.traffic_noise_deg", |s, v| s.sensing.traffic_noise_deg = v, &[0.0, 180.0], &[-1.0, 181.0]),
+        ("safety.separation_m", |s, v| s.safety.separation_m = v, &[2.1, 39.9], &[40.0, 41.0]),
+        ("safety.clearance_m", |s, v| s.safety.clearance_m = v, &[0.0], &[-1.0]),
+        ("safety.horizon_s", |s, v| s.safety.horizon_s = v, &[0.01, 60.0], &[0.0, 61.0]),
+        ("safety.interval_s", |s, v| s.safety.interval_s = v, &[0.01, 60.0], &[0.0, 61.0]),
+        ("safety.heading_step_deg", |s, v| s.safety.heading_step_deg = v, &[1.0, 90.0], &[0.9, 91.0]),
         ("supervision.start_timeout_s", |s, v| s.supervision.start_timeout_s = v, &[3600.0], &[0.0, 3601.0]),
         ("supervision.answer_timeout_s", |s, v| s.supervision.answer_timeout_s = v, &[1e-3], &[-1.0, 3601.0]),
         ("start.draw.length_radii", |s, v| s.start.draw.length_radii = v, &[1e-9], &[0.0, -1.0]),
@@ -81,7 +91,12 @@ fn every_quantity_is_checked_at_its_bounds() {
         ),
         ("start.uavs.2.heading_deg", |s, v| s.start.uavs[2].heading_deg = v, &[-360.0, 360.0], &[-361.0]),
     ];
-    for (key, change, valid, invalid) in bounds {
+    for (key, set, valid, invalid) in bounds {
+        // The keys of the collision filter count only while it is on.
+        let change = |s: &mut Scenario, value| {
+            s.control.collision_filter = true;
+            set(s, value);
+        };
         for &value in valid {
             assert!(!blamed(|s| change(s, value)).contains(&key.into()), "{key} = {value}");
         }
@@ -89,6 +104,11 @@ fn every_quantity_is_checked_at_its_bounds() {
             assert!(blamed(|s| change(s, value)).contains(&key.into()), "{key} = {value}");
         }
     }
+}
+
+#[test]
+fn without_a_collision_filter_its_keys_do_not_matter() {
+    assert_eq!(messages(|s| s.safety.separation_m = 50.0), [""; 0]);
 }
 
 #[test]

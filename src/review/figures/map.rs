@@ -76,7 +76,9 @@ fn moments(flight: &LoggedFlight) -> impl Iterator<Item = usize> {
 
 /// The closed polygon of the UAVs that fly on command at a tick: after a loss, the ring without the lost ones.
 fn ring(flight: &LoggedFlight, tick: usize) -> Vec<Option<(f64, f64)>> {
-    let members = flight.uavs.iter().filter(|uav| uav.commanded.get(tick) == Some(&true));
+    let order = flight.scenario.ring_order();
+    let in_order = order.uavs().iter().map(|uav| &flight.uavs[uav.index()]);
+    let members = in_order.filter(|uav| uav.commanded.get(tick) == Some(&true));
     let mut ring: Vec<_> = members.filter_map(|uav| place(uav, tick)).map(Some).collect();
     ring.extend(ring.first().copied());
     ring

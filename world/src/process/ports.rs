@@ -8,7 +8,8 @@ use ringwing_bus::{
     Subscriber, Waker, failed_connections, services,
 };
 use ringwing_flight::{
-    Account, Command, Event, EventMessage, LeaderState, Pace, Part, Roster, Sensed, Tick, TimedEvent, UavId,
+    Account, Command, Event, EventMessage, LeaderState, Pace, Part, Roster, Sensed, Tick, TimedEvent,
+    Traffic, UavId,
 };
 use std::time::Duration;
 
@@ -17,6 +18,8 @@ pub(super) struct Ports<'m> {
     member: &'m Member,
     /// One of each UAV, UAV 1 first.
     pub(super) sensed: Vec<BoardWriter<Sensed>>,
+    /// One of each UAV if they have collision filters, else empty.
+    pub(super) traffic: Vec<BoardWriter<Traffic>>,
     /// One of each UAV, UAV 1 first.
     agents: Vec<AgentBoards>,
     leader: LeaderBoard,
@@ -60,11 +63,15 @@ impl<'m> Ports<'m> {
         let (uavs, pace) = (UavId::all(scenario.formation.uavs), scenario.pace());
         let ballast_bytes = scenario.ipc.payload_bytes;
         let loaded = uavs.clone().filter(|_| ballast_bytes > 0);
+        let filtering = uavs.clone().filter(|_| scenario.control.collision_filter);
         Ok(Self {
             member,
             sensed: uavs
                 .clone()
                 .map(|uav| services::sensed(uav, pace).writer(boards))
+                .collect::<Result<_, _>>()?,
+            traffic: filtering
+                .map(|uav| services::traffic(uav, pace).writer(boards))
                 .collect::<Result<_, _>>()?,
             agents: uavs.map(|uav| AgentBoards::open(boards, uav, pace)).collect::<Result<_, _>>()?,
             leader: LeaderBoard {

@@ -28,7 +28,10 @@ impl<P: TickProbe> World<'_, P> {
         self.probe.tick_opened(now, opened_ns);
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
         self.ports.begin_journal(now);
-        for sensed in self.airspace.open_tick() {
+        for (sensed, traffic) in self.airspace.open_tick() {
+            if let Some(traffic) = traffic {
+                self.ports.traffic[sensed.uav.index()].post(now, traffic, stamps);
+            }
             self.ports.sensed[sensed.uav.index()].post(now, sensed, stamps);
             self.ports.journal.note_sensed(&sensed);
         }
@@ -157,7 +160,7 @@ fn rehearse(airspace: &Airspace) {
     let mut rehearsal = airspace.clone();
     rehearsal.end_tick();
     black_box(rehearsal.step());
-    for sensed in rehearsal.open_tick() {
-        black_box(sensed);
+    for senses in rehearsal.open_tick() {
+        black_box(senses);
     }
 }

@@ -23,7 +23,7 @@ pub(crate) fn ring(frame: &Frame, closes: bool, stale_s: f64, clock: Clock) -> O
     let leader = frame.leader?;
     let mut links = line(LineList, Vec::new(), PIXELS, palette::CALM, 1.0);
     let is_in = |uav: &&UavFrame| !closes || uav.state.as_ref().is_some_and(TrueState::is_commanded);
-    let members: Vec<&UavFrame> = frame.uavs.iter().filter(is_in).collect();
+    let members: Vec<&UavFrame> = frame.round_the_ring().filter(is_in).collect();
     for (one, next) in members.iter().zip(members.iter().cycle().skip(1)) {
         // No link ends where there is no airframe.
         let (Some(here), Some(there)) = (&one.state, &next.state) else { continue };

@@ -1,0 +1,69 @@
+//! Where the law would take the UAV over the next seconds.
+//!
+//! The leader flies on along its arc, the neighbours straight, and the slots stay where they are in the formation. Never
+//! changes the flight: the collision filter only asks what would happen.
+
+use super::{gains::Gains, repulsion_of, track::PeerTrack};
+use crate::law::{Bond, Field, potential_forces, speed_force};
+use nalgebra::Vector2;
+use ringwing_flight::{Pose, SensedObstacle, direction};
+
+/// The law as of one tick, to be asked for the forces of the next seconds.
+#[derive(Debug, Clone)]
+pub(super) struct LawForecast {
+    gains: Gains,
+    field: Field,
+    /// The share of the formation's gain that each neighbour's data are trusted with.
+    trust: [f64; 2],
+    neighbour_velocities: [Vector2<f64>; 2],
+    leader: PeerTrack,
+    leader_pose: Pose,
+}
+
+impl LawForecast {
+    /// The law in `field`, with the neighbours on their `tracks` and the leader at `leader_pose`.
+    pub(super) fn new(
+        gains: &Gains,
+        field: &Field,
+        tracks: [Option<&PeerTrack>; 2],
+        leader: PeerTrack,
+        leader_pose: Pose,
+    ) -> Self {
+        let velocity = |track: Option<&PeerTrack>| {
+            track.map_or_else(Vector2::zeros, |track| direction(track.pose.heading_rad) * track.speed_m_s)
+        };
+        let trust = |bond: Option<Bond>| bond.map_or(0.0, |bond| bond.gain / field.centre.gain);
+        Self {
+            gains: gains.clone(),
+            field: *field,
+            trust: [trust(field.previous), trust(field.next)],
+            neighbour_velocities: tracks.map(velocity),
+            leader,
+            leader_pose,
+        }
+    }
+
+    /// The law's force on the UAV if it is at `own` after `after_s`.
+    pub(super) fn force(&self, own: &Pose, after_s: f64, obstacles: &[SensedObstacle]) -> Vector2<f64> {
+        let PeerTrack { speed_m_s, turn_rate_rad_s, .. } = self.leader;
+        let leader = self.leader_pose.after(speed_m_s, turn_rate_rad_s, after_s);
+        let moved = leader.position - self.leader_pose.position;
+        let slot = self.field.slot + moved;
+        let gain = self.gains.formation(&(own.position - slot));
+        let bond = |bond: Option<Bond>, place: usize| {
+            let bond = bond?;
+            let point = bond.point + self.neighbour_velocities[place] * after_s;
+            Some(Bond { point, gain: gain * self.trust[place], ..bond })
+        };
+        let field = Field {
+            previous: bond(self.field.previous, 0),
+            next: bond(self.field.next, 1),
+            centre: Bond { point: leader.position, gain, ..self.field.centre },
+            slot,
+            slot_gain: self.field.slot_gain,
+        };
+        let formation = self.gains.limited(potential_forces(&field, &own.position).total(), speed_m_s);
+        speed_force(speed_m_s, leader.heading_rad) - formation
+            + repulsion_of(obstacles, self.gains.obstacle_m, &own.position)
+    }
+}

@@ -1,0 +1,251 @@
+//! The collision filter: it lets the law fly as it wishes unless the way is not clear of aircraft and obstacles.
+//!
+//! A few times a second it predicts everything near, and where the law's wish would lead. If that comes too near to
+//! something, it flies the course and speed that depart least from the wish and stay clear; if none does, those whose
+//! conflict is the latest and the slightest. Pure: the same inputs give the same course, to the bit.
+//!
+//! Never changes a wish whose way is clear, and never knows the formation.
+
+mod course;
+mod threat;
+
+use crate::law::{ControlInput, saturate};
+use course::Course;
+use nalgebra::{Point2, Vector2};
+use ringwing_flight::{Avoided, Pose, SensedObstacle, Tick, Traffic, UavId, wrap};
+use ringwing_scenario::Scenario;
+use threat::{Threat, Viewpoint, are_clear, first_conflict};
+
+/// The widest turn that is considered. A wider one takes longer than the usual horizon, and so leads nowhere else.
+const WIDEST_TURN_RAD: f64 = 2.62;
+/// From heading error to turn rate while the filter acts. Larger holds the course more stiffly; above the tick rate it
+/// would oscillate.
+const HEADING_GAIN_PER_S: f64 = 5.0;
+/// Clearance from obstacles if no course keeps the whole of it. Less could cut a corner between two samples.
+const LEAST_CLEARANCE_M: f64 = 0.4;
+/// Reports of traffic older than this are not used: the prediction would mislead.
+const MEMORY_S: f64 = 2.0;
+/// Cost of a turn to the left, in rad of departure from the wish. It makes two that meet head-on both turn right. A larger one
+/// sends them the long way round.
+const LEFT_COST: f64 = 0.02;
+/// Cost of another heading than the last one that was chosen, in rad per rad. More makes the filter stubborn, less makes it
+/// waver between two ways.
+const CHANGE_COST: f64 = 0.1;
+/// While the filter acts, another speed than the wished one costs twice as much after this time, three times after twice
+/// of it, and so on. Without that, a UAV that wants to fall back behind another keeps its place beside it for ever, because
+/// that takes no turn; a shorter time makes UAVs take the long way round too soon.
+const PATIENCE_S: f64 = 3.0;
+/// Cost of any conflict: more than all departures from the wish together.
+const CONFLICT_COST: f64 = 1000.0;
+/// Cost of a conflict that is a second nearer, in metres of depth.
+const SOONER_COST_PER_S: f64 = 100.0;
+
+/// What the filter makes of a wish.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Flown {
+    /// The wish itself, unless the filter acts.
+    pub control: ControlInput,
+    /// What it avoids.
+    pub avoided: Avoided,
+    /// Where that was when the filter chose its way.
+    pub avoided_at: Point2<f64>,
+}
+
+/// The course that the filter holds while it acts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Escape {
+    heading_rad: f64,
+    speed_m_s: f64,
+    avoided: Avoided,
+    avoided_at: Point2<f64>,
+    /// When the filter began to act.
+    since: Tick,
+}
+
+/// The collision filter of one UAV.
+#[derive(Debug, Clone)]
+pub struct CollisionFilter {
+    uav: UavId,
+    separation_m: f64,
+    clearance_m: f64,
+    horizon_s: f64,
+    interval_ticks: i64,
+    period_s: f64,
+    turn_rate_max_rad_s: f64,
+    speed_min_m_s: f64,
+    speed_max_m_s: f64,
+    leader_speed_m_s: f64,
+    /// The turns that it considers, with the courses that they lead to.
+    turns: Vec<(f64, Course)>,
+    traffic: Option<Traffic>,
+    threats: Vec<Threat>,
+    escape: Option<Escape>,
+}
+
+impl CollisionFilter {
+    /// The filter of `uav` in `scenario`, before it has sensed anything.
+    pub fn new(scenario: &Scenario, uav: UavId) -> Self {
+        let (safety, airframe) = (&scenario.safety, &scenario.airframe);
+        let rate_hz = f64::from(scenario.time.rate_hz);
+        let turn_rate_max_rad_s = airframe.turn_rate_max_rad_s;
+        let step_rad = safety.heading_step_deg.to_radians();
+        let side = (WIDEST_TURN_RAD / step_rad).floor() as i32;
+        let turn = |step: i32| {
+            let turn_rad = f64::from(step) * step_rad;
+            (turn_rad, Course::after_turn(turn_rad, turn_rate_max_rad_s, safety.horizon_s))
+        };
+        Self {
+            uav,
+            separation_m: safety.separation_m,
+            clearance_m: safety.clearance_m,
+            horizon_s: safety.horizon_s,
+            interval_ticks: ((safety.interval_s * rate_hz).round() as i64).max(1),
+            period_s: scenario.period_s(),
+            turn_rate_max_rad_s,
+            speed_min_m_s: airframe.speed_min_m_s,
+            speed_max_m_s: airframe.speed_max_m_s,
+            leader_speed_m_s: scenario.leader.speed_m_s,
+            turns: (-side..=side).map(turn).collect(),
+            traffic: None,
+            threats: Vec::new(),
+            escape: None,
+        }
+    }
+
+    /// Takes in which other aircraft the UAV senses, in any order.
+    pub fn receive(&mut self, traffic: &Traffic) {
+        let is_newer = self.traffic.is_none_or(|known| known.tick < traffic.tick);
+        if traffic.uav == self.uav && is_newer {
+            self.traffic = Some(*traffic);
+        }
+    }
+
+    /// What to fly at `now` instead of `wish`, with the UAV at `own`. `force` is the law's force at a pose, some seconds from
+    /// now.
+    pub fn apply(
+        &mut self,
+        now: Tick,
+        own: &Pose,
+        wish: ControlInput,
+        force: impl Fn(&Pose, f64) -> Vector2<f64>,
+        obstacles: &[SensedObstacle],
+    ) -> Flown {
+        // The UAVs look in turn: if two of them looked at once, both would give way to the same side, again and again.
+        if (now.0 + i64::from(self.uav.0)) % self.interval_ticks == 0 {
+            self.escape = self.look(now, own, wish, force, obstacles);
+        }
+        let Some(Escape { heading_rad, speed_m_s, avoided, avoided_at, .. }) = self.escape else {
+            return Flown { control: wish, avoided: Avoided::NOTHING, avoided_at: Point2::origin() };
+        };
+        let wanted_rad_s = HEADING_GAIN_PER_S * wrap(heading_rad - own.heading_rad);
+        let turn_rate_rad_s = saturate(wanted_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s);
+        Flown { control: ControlInput { speed_m_s, turn_rate_rad_s }, avoided, avoided_at }
+    }
+
+    /// The way to take if that of the wish is not clear; `None` if it is.
+    fn look(
+        &mut self,
+        now: Tick,
+        own: &Pose,
+        wish: ControlInput,
+        force: impl Fn(&Pose, f64) -> Vector2<f64>,
+        obstacles: &[SensedObstacle],
+    ) -> Option<Escape> {
+        let view = Viewpoint::new(*own, self.horizon_s);
+        self.find_threats(now, &view, obstacles, self.clearance_m);
+        if self.threats.is_empty() {
+            return None;
+        }
+        let speed = |along_m_s: f64| saturate(along_m_s, self.speed_min_m_s, self.speed_max_m_s);
+        let (course, heading_rad) =
+            Course::under_law(own, self.turn_rate_max_rad_s, self.horizon_s, wish.speed_m_s, force, speed);
+        let conflict = first_conflict(&self.threats, &course, wish.speed_m_s as f32)?;
+        let turn_rad = wrap(heading_rad - own.heading_rad);
+        let course = Course::after_turn(turn_rad, self.turn_rate_max_rad_s, self.horizon_s);
+        let Threat { what, place, .. } = self.threats[conflict.threat];
+        let since = self.escape.map_or(now, |escape| escape.since);
+        let acted_s = now.since(since) as f64 * self.period_s;
+        let speed_cost = 1.0 + acted_s / PATIENCE_S;
+        let mut choice = self.choose(own, wish, turn_rad, &course, speed_cost);
+        if choice.cost >= CONFLICT_COST && !obstacles.is_empty() {
+            // A narrow gap is better than none.
+            self.find_threats(now, &view, obstacles, LEAST_CLEARANCE_M);
+            choice = self.choose(own, wish, turn_rad, &course, speed_cost);
+        }
+        let heading_rad = wrap(own.heading_rad + choice.turn_rad);
+        Some(Escape { heading_rad, speed_m_s: choice.speed_m_s, avoided: what, avoided_at: place, since })
+    }
+
+    fn find_threats(&mut self, now: Tick, view: &Viewpoint, obstacles: &[SensedObstacle], clearance_m: f64) {
+        self.threats.clear();
+        let clearance_m = clearance_m.min(self.clearance_m);
+        self.threats.extend(obstacles.iter().map(|obstacle| view.obstacle(obstacle, clearance_m)));
+        let Some(traffic) = &self.traffic else { return };
+        let age_s = now.since(traffic.tick) as f64 * self.period_s;
+        if age_s <= MEMORY_S {
+            let threat = |sensed| view.aircraft(sensed, age_s, self.separation_m);
+            self.threats.extend(traffic.aircraft().iter().map(threat));
+        }
+    }
+
+    /// The cheapest way: clear, and little off the wish.
+    fn choose(
+        &self,
+        own: &Pose,
+        wish: ControlInput,
+        wish_turn_rad: f64,
+        wish_course: &Course,
+        speed_cost: f64,
+    ) -> Choice {
+        let speeds = [wish.speed_m_s, self.speed_min_m_s, self.speed_max_m_s, self.leader_speed_m_s];
+        let mut best = Choice { turn_rad: 0.0, speed_m_s: self.speed_min_m_s, cost: f64::INFINITY };
+        let wished = (wish_turn_rad, wish_course);
+        let turns = self.turns.iter().map(|(turn_rad, course)| (*turn_rad, course));
+        for (turn_rad, course) in std::iter::once(wished).chain(turns) {
+            let turn_cost = self.turn_cost(own, turn_rad, wish_turn_rad);
+            for speed_m_s in speeds {
+                let departure =
+                    (speed_m_s - wish.speed_m_s).abs() / (self.speed_max_m_s - self.speed_min_m_s);
+                let cost = turn_cost + speed_cost * departure;
+                if cost < best.cost {
+                    let cost = cost + self.conflict_cost(course, speed_m_s, best.cost);
+                    if cost < best.cost {
+                        best = Choice { turn_rad, speed_m_s, cost };
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    fn turn_cost(&self, own: &Pose, turn_rad: f64, wish_turn_rad: f64) -> f64 {
+        let left = if turn_rad > 0.0 { LEFT_COST } else { 0.0 };
+        let change =
+            self.escape.map_or(0.0, |last| wrap(own.heading_rad + turn_rad - last.heading_rad).abs());
+        wrap(turn_rad - wish_turn_rad).abs() + left + CHANGE_COST * change
+    }
+
+    /// 0 for a clear course. If it cannot become better than `bound`, any number above that.
+    fn conflict_cost(&self, course: &Course, speed_m_s: f64, bound: f64) -> f64 {
+        let speed = speed_m_s as f32;
+        // Once some course is clear, nobody asks how bad the others are.
+        if bound < CONFLICT_COST {
+            return if are_clear(&self.threats, course, speed) { 0.0 } else { CONFLICT_COST };
+        }
+        first_conflict(&self.threats, course, speed).map_or(0.0, |conflict| {
+            let left = 1.0 - (conflict.first + 1) as f64 / course::SAMPLES as f64;
+            CONFLICT_COST + SOONER_COST_PER_S * left * self.horizon_s + f64::from(conflict.depth_m)
+        })
+    }
+}
+
+/// A way to fly, and what it costs.
+#[derive(Debug, Clone, Copy)]
+struct Choice {
+    turn_rad: f64,
+    speed_m_s: f64,
+    cost: f64,
+}
+
+#[cfg(test)]
+mod tests;

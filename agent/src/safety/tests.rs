@@ -1,0 +1,127 @@
+use super::*;
+use proptest::prelude::*;
+use ringwing_flight::SensedAircraft;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// A tick in which UAV 1 looks for a clear way, at 100 Hz and every 0.1 s.
+const LOOK: Tick = Tick(9);
+const WISH: ControlInput = ControlInput { speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
+
+fn filter() -> CollisionFilter {
+    CollisionFilter::new(&Scenario::default(), UavId(1))
+}
+
+fn own() -> Pose {
+    Pose { position: Point2::origin(), heading_rad: 0.0 }
+}
+
+fn aircraft(position_m: [f64; 2], heading_rad: f64, turn_rate_rad_s: f64) -> SensedAircraft {
+    SensedAircraft { position_m, heading_rad, speed_m_s: 15.0, turn_rate_rad_s, uav: 2, is_answering: 1 }
+}
+
+fn report(tick: Tick, sensed: &[SensedAircraft]) -> Traffic {
+    let mut report = Traffic {
+        tick,
+        uav: UavId(1),
+        aircraft_count: sensed.len() as u32,
+        aircraft_omitted: 0,
+        reserved: 0,
+        aircraft: Default::default(),
+    };
+    report.aircraft_mut().copy_from_slice(sensed);
+    report
+}
+
+/// What UAV 1 flies at `now`, from the origin to the east, under a law that leads straight on.
+fn flown(filter: &mut CollisionFilter, now: Tick, obstacles: &[SensedObstacle]) -> Flown {
+    filter.apply(now, &own(), WISH, |_, _| Vector2::new(15.0, 0.0), obstacles)
+}
+
+fn flown_among(sensed: &[SensedAircraft]) -> Flown {
+    let mut filter = filter();
+    filter.receive(&report(LOOK, sensed));
+    flown(&mut filter, LOOK, &[])
+}
+
+#[test]
+fn a_clear_way_is_flown_as_wished_to_the_bit() {
+    for clear in [aircraft([0.0, 40.0], 0.0, 0.0), aircraft([-50.0, 0.0], PI, 0.0)] {
+        let flown = flown_among(&[clear]);
+        assert_eq!((flown.control, flown.avoided), (WISH, Avoided::NOTHING));
+    }
+}
+
+#[test]
+fn two_that_meet_head_on_both_turn_right() {
+    let flown = flown_among(&[aircraft([90.0, 0.0], PI, 0.0)]);
+    assert!(flown.control.turn_rate_rad_s < 0.0, "{flown:?}");
+    assert_eq!((flown.avoided, flown.avoided_at), (Avoided::uav(2), Point2::new(90.0, 0.0)));
+}
+
+#[test]
+fn an_obstacle_exactly_on_the_line_of_flight_is_passed_on_one_side() {
+    let mast = SensedObstacle { position_m: [50.0, 0.0], radius_m: 10.0, braking_distance_m: 20.0 };
+    let flown = flown(&mut filter(), LOOK, &[mast]);
+    assert!(flown.control.turn_rate_rad_s < 0.0, "{flown:?}");
+    assert_eq!(flown.avoided, Avoided::OBSTACLE);
+}
+
+#[test]
+fn an_aircraft_that_nobody_flies_is_predicted_along_its_arc() {
+    let crossing = |turn_rate_rad_s| {
+        let mut one = aircraft([40.0, 40.0], -FRAC_PI_2, turn_rate_rad_s);
+        one.speed_m_s = 12.0;
+        flown_among(&[one]).avoided
+    };
+    assert_eq!((crossing(0.0), crossing(0.5)), (Avoided::uav(2), Avoided::NOTHING));
+}
+
+#[test]
+fn a_neighbour_that_is_nearer_than_asked_closes_no_course_that_does_not_approach_it() {
+    assert_eq!(flown_among(&[aircraft([0.0, 8.0], 0.0, 0.0)]).avoided, Avoided::NOTHING);
+}
+
+#[test]
+fn a_course_is_held_until_the_next_look() {
+    let mut filter = filter();
+    filter.receive(&report(LOOK, &[aircraft([90.0, 0.0], PI, 0.0)]));
+    let first = flown(&mut filter, LOOK, &[]);
+    filter.receive(&report(LOOK.next(), &[]));
+    assert_eq!(flown(&mut filter, LOOK.next(), &[]), first);
+    assert_eq!(flown(&mut filter, Tick(19), &[]).control, WISH);
+}
+
+#[test]
+fn old_reports_and_those_for_other_uavs_are_not_used() {
+    let near = [aircraft([60.0, 0.0], PI, 0.0)];
+    let mut filter = filter();
+    filter.receive(&report(Tick(9 - 201), &near));
+    filter.receive(&Traffic { uav: UavId(3), ..report(LOOK, &near) });
+    assert_eq!(flown(&mut filter, LOOK, &[]).avoided, Avoided::NOTHING);
+}
+
+#[test]
+fn a_late_report_is_predicted_to_now() {
+    let mut filter = filter();
+    // It was seen 1.5 s ago, and has passed since.
+    filter.receive(&report(Tick(9 - 150), &[aircraft([10.0, 0.0], PI, 0.0)]));
+    assert_eq!(flown(&mut filter, LOOK, &[]).avoided, Avoided::NOTHING);
+}
+
+proptest! {
+    #[test]
+    fn the_airframes_limits_hold_whatever_is_near(
+        places in prop::collection::vec((-120.0..120.0, -120.0..120.0, -3.0..3.0, -0.5..0.5), 0..8),
+        masts in prop::collection::vec((-100.0..100.0, -100.0..100.0, 1.0..30.0), 0..8),
+    ) {
+        let mut filter = filter();
+        let sensed: Vec<_> =
+            places.into_iter().map(|(x, y, heading, rate)| aircraft([x, y], heading, rate)).collect();
+        let mast = |(x, y, radius_m)| SensedObstacle { position_m: [x, y], radius_m, braking_distance_m: 50.0 };
+        let masts: Vec<_> = masts.into_iter().map(mast).collect();
+        filter.receive(&report(LOOK, &sensed));
+        let control = flown(&mut filter, LOOK, &masts).control;
+        prop_assert!((12.0..=25.0).contains(&control.speed_m_s), "{control:?}");
+        prop_assert!((-0.5..=0.5).contains(&control.turn_rate_rad_s), "{control:?}");
+    }
+}

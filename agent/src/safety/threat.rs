@@ -1,0 +1,153 @@
+//! What a UAV has to keep clear of: other aircraft and obstacles, each with its course and the distance to keep.
+//!
+//! Never asks for more distance than there is now: else a UAV that starts too near would find no clear course at all.
+
+use super::course::{Course, SAMPLES};
+use nalgebra::{Point2, Rotation2, Vector2};
+use ringwing_flight::{Avoided, Pose, SensedAircraft, SensedObstacle};
+
+/// Distance by which an obstacle may come nearer although it is nearer than asked. With none, rounding would close every
+/// course.
+const GIVEN_UP_M: f64 = 0.05;
+
+/// Something to keep clear of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Threat {
+    course: Course,
+    keep_m: f32,
+    /// What a sample must be farther away, squared, so that no place between two samples is nearer than that; for a UAV
+    /// with a speed of 1 m/s.
+    between_m2: f32,
+    /// No sample must be farther away than this, squared: it is nearer now.
+    here_m2: f32,
+    pub(super) what: Avoided,
+    /// Where it is now, in the local frame.
+    pub(super) place: Point2<f64>,
+}
+
+/// Where a UAV is, to see others from there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Viewpoint {
+    own: Pose,
+    to_body: Rotation2<f64>,
+    horizon_s: f64,
+}
+
+/// How a course comes too near to something.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Conflict {
+    /// The first sample that is too near.
+    pub(super) first: usize,
+    /// How much too near it comes at the worst, in metres.
+    pub(super) depth_m: f32,
+    /// The place of the threat in the list.
+    pub(super) threat: usize,
+}
+
+impl Viewpoint {
+    pub(super) fn new(own: Pose, horizon_s: f64) -> Self {
+        Self { own, to_body: Rotation2::new(-own.heading_rad), horizon_s }
+    }
+
+    fn seen(&self, place: Point2<f64>) -> Vector2<f64> {
+        self.to_body * (place - self.own.position)
+    }
+
+    /// An aircraft that was sensed `age_s` ago.
+    pub(super) fn aircraft(&self, sensed: &SensedAircraft, age_s: f64, separation_m: f64) -> Threat {
+        let pose = Pose { position: sensed.position_m.into(), heading_rad: sensed.heading_rad };
+        let after = |time_s| pose.after(sensed.speed_m_s, sensed.turn_rate_rad_s, time_s).position;
+        let place = after(age_s);
+        let course = if sensed.turn_rate_rad_s == 0.0 {
+            // Straight, as most aircraft are taken to fly: two places tell all others.
+            let (here, step) = (self.seen(place), self.to_body * (after(age_s + 1.0) - place));
+            Course::through(self.horizon_s, |time_s| here + step * time_s)
+        } else {
+            Course::through(self.horizon_s, |time_s| self.seen(after(age_s + time_s)))
+        };
+        let here_m = (place - self.own.position).norm();
+        let keep_m = separation_m.min(here_m) as f32;
+        // Two samples are up to 10 m of relative motion apart, and the separation has room for what lies between.
+        Threat {
+            course,
+            keep_m,
+            between_m2: 0.0,
+            here_m2: keep_m * keep_m,
+            what: Avoided::uav(sensed.uav),
+            place,
+        }
+    }
+
+    /// An obstacle.
+    pub(super) fn obstacle(&self, sensed: &SensedObstacle, clearance_m: f64) -> Threat {
+        let place = Point2::from(sensed.position_m);
+        let here_m = (place - self.own.position).norm() - GIVEN_UP_M;
+        let keep_m = (sensed.radius_m + clearance_m).min(here_m);
+        // Half of the way between two samples, at 1 m/s: the middle of a chord is nearer to the centre than its ends.
+        let half_way_m = self.horizon_s / SAMPLES as f64 / 2.0;
+        Threat {
+            course: Course::standing(self.seen(place)),
+            keep_m: keep_m as f32,
+            between_m2: (half_way_m * half_way_m) as f32,
+            here_m2: (here_m * here_m) as f32,
+            what: Avoided::OBSTACLE,
+            place,
+        }
+    }
+}
+
+impl Threat {
+    /// The squared distance to keep at each sample at this speed.
+    fn keep_m2(&self, speed: f32) -> f32 {
+        (self.keep_m * self.keep_m + self.between_m2 * speed * speed).min(self.here_m2)
+    }
+
+    /// The squared distances from a UAV on `course` at `speed`, at each sample.
+    fn squared_m2(&self, course: &Course, speed: f32) -> [f32; SAMPLES] {
+        let mut squared_m2 = [0.0; SAMPLES];
+        for (at, squared_m2) in squared_m2.iter_mut().enumerate() {
+            let x = speed * course.x_m[at] - self.course.x_m[at];
+            let y = speed * course.y_m[at] - self.course.y_m[at];
+            *squared_m2 = x * x + y * y;
+        }
+        squared_m2
+    }
+}
+
+/// The smallest of `values`. Four at a time, as processors compute it; one after another would take four times as long.
+fn smallest(values: &[f32; SAMPLES]) -> f32 {
+    let mut lanes = [f32::INFINITY; 4];
+    for four in values.chunks_exact(4) {
+        for (lane, value) in lanes.iter_mut().zip(four) {
+            *lane = if *value < *lane { *value } else { *lane };
+        }
+    }
+    lanes.into_iter().fold(f32::INFINITY, f32::min)
+}
+
+/// Whether a UAV on `course` at `speed` stays clear of all `threats`.
+pub(super) fn are_clear(threats: &[Threat], course: &Course, speed: f32) -> bool {
+    threats.iter().all(|one| smallest(&one.squared_m2(course, speed)) >= one.keep_m2(speed))
+}
+
+/// The first conflict of a UAV on `course` at `speed`, with the greatest depth of all; `None` if it stays clear.
+pub(super) fn first_conflict(threats: &[Threat], course: &Course, speed: f32) -> Option<Conflict> {
+    let mut conflict: Option<Conflict> = None;
+    for (threat, one) in threats.iter().enumerate() {
+        let squared_m2 = one.squared_m2(course, speed);
+        let (smallest_m2, keep_m2) = (smallest(&squared_m2), one.keep_m2(speed));
+        if smallest_m2 < keep_m2 {
+            let first = squared_m2.iter().position(|at| *at < keep_m2).unwrap_or(SAMPLES);
+            let found = Conflict { first, depth_m: one.keep_m - smallest_m2.sqrt(), threat };
+            conflict = Some(conflict.map_or(found, |known| known.joined(found)));
+        }
+    }
+    conflict
+}
+
+impl Conflict {
+    fn joined(self, other: Self) -> Self {
+        let earlier = if other.first < self.first { other } else { self };
+        Self { depth_m: self.depth_m.max(other.depth_m), ..earlier }
+    }
+}

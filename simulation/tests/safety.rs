@@ -1,0 +1,237 @@
+//! What the collision filter is for: nobody comes too near to anybody, whatever they start from, fly into, or sense.
+
+use crate::support::{Flight, at_rest, preset, scenario, with_faults};
+use nalgebra::Point2;
+use ringwing_flight::{UavId, draw::Draws};
+use ringwing_scenario::{ObstacleSection, Scenario};
+use ringwing_simulation::Simulation;
+use std::thread;
+
+/// Nearer than this is a near miss, whoever is concerned.
+const NEAR_MISS_M: f64 = 5.0;
+/// Separates the draws of fields from all others. Another value gives other fields.
+const FIELDS: [u64; 3] = [0x6669_656c_64, 0, 0];
+
+/// How near a flight came to something, and when it was whole for good.
+#[derive(Debug, Clone, Copy)]
+struct Closest {
+    seed: u64,
+    /// The closest two aircraft.
+    pair_m: f64,
+    /// The smallest distance from the edge of an obstacle.
+    clearance_m: f64,
+    /// From then on every slot error stayed below 1 m; infinite if that was not so at the end.
+    settled_s: f64,
+}
+
+/// Flies `scenario` to its end.
+fn closest_of(scenario: &Scenario) -> Closest {
+    let mut simulation = Simulation::new(scenario).expect("a scenario that can be simulated");
+    let mut closest =
+        Closest { seed: scenario.seed, pair_m: f64::INFINITY, clearance_m: f64::INFINITY, settled_s: 0.0 };
+    loop {
+        let is_over = !simulation.step();
+        let places = places(&simulation);
+        closest.pair_m = closest.pair_m.min(closest_pair_m(&places));
+        closest.clearance_m = closest.clearance_m.min(clearance_m(scenario, &places));
+        let is_whole = slot_error_max_m(&simulation) < 1.0;
+        match (is_whole, is_over) {
+            (true, true) => return closest,
+            (false, true) => return Closest { settled_s: f64::INFINITY, ..closest },
+            (true, false) => {}
+            (false, false) => closest.settled_s = simulation.now().0 as f64 * scenario.period_s(),
+        }
+    }
+}
+
+fn places(simulation: &Simulation) -> Vec<Point2<f64>> {
+    simulation.sky().airframes().iter().filter(|one| one.is_flying()).map(|one| one.pose().position).collect()
+}
+
+fn closest_pair_m(places: &[Point2<f64>]) -> f64 {
+    let pairs = places.iter().enumerate().flat_map(|(at, one)| places[..at].iter().map(move |two| one - two));
+    pairs.map(|apart| apart.norm()).fold(f64::INFINITY, f64::min)
+}
+
+fn clearance_m(scenario: &Scenario, places: &[Point2<f64>]) -> f64 {
+    let to_edge = |place: &Point2<f64>, one: &ObstacleSection| {
+        (place - Point2::from(one.position_m)).norm() - one.radius_m
+    };
+    let all = places.iter().flat_map(|place| scenario.obstacles.iter().map(move |one| to_edge(place, one)));
+    all.fold(f64::INFINITY, f64::min)
+}
+
+fn slot_error_max_m(simulation: &Simulation) -> f64 {
+    let (scenario, leader) = (simulation.scenario(), Point2::from(simulation.leader().position_m));
+    let ring = scenario.whole_ring();
+    let error_m = |uav: UavId| {
+        let place = simulation.sky().airframes()[uav.index()].pose().position;
+        (place - leader - ring.slot(uav.0).offset()).norm()
+    };
+    UavId::all(scenario.formation.uavs).map(error_m).fold(0.0, f64::max)
+}
+
+/// Flies each of the scenarios that `make` gives for these seeds, on all processors.
+fn fly_all(seeds: std::ops::RangeInclusive<u64>, make: impl Fn(u64) -> Scenario + Sync) -> Vec<Closest> {
+    let workers = thread::available_parallelism().map_or(1, usize::from);
+    let seeds: Vec<u64> = seeds.collect();
+    let share = |worker: usize| seeds.iter().skip(worker).step_by(workers);
+    let fly = |worker| share(worker).map(|seed| closest_of(&make(*seed))).collect::<Vec<_>>();
+    let fly = &fly;
+    thread::scope(|scope| {
+        let flying: Vec<_> = (0..workers).map(|worker| scope.spawn(move || fly(worker))).collect();
+        flying.into_iter().flat_map(|one| one.join().expect("a flight")).collect()
+    })
+}
+
+/// A swarm from drawn starts, each UAV with the slot near its start.
+fn drawn(uavs: u32, seed: u64, duration_s: f64, settings: &[&str]) -> Scenario {
+    let (uavs, seed) = (format!("uavs={uavs}"), format!("seed={seed}"));
+    let own = ["assignment=nearest", uavs.as_str(), seed.as_str()];
+    let mut scenario = scenario("resilient", &[&own, settings].concat());
+    scenario.time.duration_s = duration_s;
+    scenario
+}
+
+/// `circles` obstacles of 5 to 20 m at random places in the way of the formation.
+fn field(circles: u32, seed: u64) -> Scenario {
+    let mut draws = Draws::new(seed, FIELDS, 0);
+    let mut circle = |number: u32| {
+        let radius_m = 5.0 + 15.0 * draws.uniform();
+        ObstacleSection {
+            name: format!("Obstacle {number}"),
+            position_m: [200.0 + 1000.0 * draws.uniform(), 160.0 * (draws.uniform() - 0.5)],
+            radius_m,
+            braking_distance_m: radius_m + 20.0,
+        }
+    };
+    let obstacles = (1..=circles).map(&mut circle).collect();
+    Scenario { obstacles, ..drawn(6, seed, 150.0, &[]) }
+}
+
+fn median_settling_s(flights: &[Closest]) -> f64 {
+    let mut settled: Vec<f64> = flights.iter().map(|flight| flight.settled_s).collect();
+    settled.sort_by(f64::total_cmp);
+    settled[settled.len() / 2]
+}
+
+/// The flights that came nearer than allowed, or never became whole.
+fn failed(flights: &[Closest], pair_m: f64) -> Vec<Closest> {
+    let has_failed =
+        |one: &&Closest| one.pair_m < pair_m || one.clearance_m <= 0.0 || one.settled_s.is_infinite();
+    flights.iter().filter(has_failed).copied().collect()
+}
+
+#[test]
+fn from_drawn_starts_nobody_comes_near_anybody() {
+    for (uavs, seeds, settling_s) in [(6, 200_001..=200_016, 12.0), (12, 200_001..=200_006, 18.0)] {
+        let flights = fly_all(seeds, |seed| drawn(uavs, seed, 60.0, &[]));
+        assert!(failed(&flights, NEAR_MISS_M).is_empty(), "{:?}", failed(&flights, NEAR_MISS_M));
+        let median_s = median_settling_s(&flights);
+        assert!(median_s < settling_s, "n = {uavs}: {median_s} s");
+    }
+}
+
+#[test]
+fn without_the_filter_and_with_slots_by_number_they_collide() {
+    let settings = ["assignment=number", "collision_filter=false"];
+    let flights = fly_all(200_001..=200_016, |seed| drawn(6, seed, 60.0, &settings));
+    assert!(flights.iter().any(|flight| flight.pair_m < 2.0), "else the tests here show nothing");
+}
+
+#[test]
+fn late_noisy_and_lost_senses_of_traffic_suffice() {
+    let settings = ["traffic_delay_s=0.3", "traffic_noise_m=2", "traffic_loss=0.2"];
+    let flights = fly_all(300_001..=300_016, |seed| drawn(6, seed, 60.0, &settings));
+    assert!(failed(&flights, 2.0).is_empty(), "{:?}", failed(&flights, 2.0));
+}
+
+#[test]
+fn a_field_of_obstacles_is_crossed_without_a_hit() {
+    let flights = fly_all(400_001..=400_008, |seed| field(10, seed));
+    assert!(failed(&flights, NEAR_MISS_M).is_empty(), "{:?}", failed(&flights, NEAR_MISS_M));
+    let unfiltered = |seed| {
+        let mut scenario = field(10, seed);
+        scenario.control.collision_filter = false;
+        scenario
+    };
+    let hits = fly_all(400_001..=400_008, unfiltered);
+    assert!(hits.iter().any(|flight| flight.clearance_m <= 0.0), "else the fields are empty");
+}
+
+#[test]
+fn a_flight_without_conflicts_is_flown_as_the_law_wishes() {
+    let mut flight = Flight::new(&at_rest(scenario("resilient", &[])));
+    flight.fly(20.0, |flight| {
+        for uav in UavId::all(6) {
+            let account = flight.simulation.account(uav).expect("an account");
+            let wish = (account.wish_speed_m_s, account.wish_turn_rate_rad_s);
+            assert_eq!((account.speed_m_s, account.turn_rate_rad_s), wish);
+            assert_eq!(account.avoided.number(), 0);
+        }
+    });
+}
+
+#[test]
+fn a_fault_can_blind_the_filter_and_the_log_tells_what_it_avoided() {
+    // UAV 2 starts ahead of UAV 1 and flies towards it.
+    let head_on = |faults: &[&str]| {
+        let mut scenario = at_rest(scenario("resilient", &[]));
+        scenario.start.uavs[1] = scenario.start.uavs[0];
+        scenario.start.uavs[1].position_m[0] += 150.0;
+        scenario.start.uavs[1].heading_deg = 180.0;
+        let mut flight = Flight::new(&with_faults(scenario, faults));
+        let (mut avoided, mut closest_m) = (Vec::new(), f64::INFINITY);
+        flight.fly(10.0, |flight| {
+            let place = |uav: u32| flight.simulation.sky().airframes()[uav as usize - 1].pose().position;
+            closest_m = closest_m.min((place(1) - place(2)).norm());
+            avoided.extend(flight.simulation.account(UavId(1)).map(|account| account.avoided.number()));
+        });
+        (closest_m, avoided.contains(&2))
+    };
+    let (clear_m, names_it) = head_on(&[]);
+    assert!(clear_m > NEAR_MISS_M && names_it, "{clear_m} m, named: {names_it}");
+    let (_, is_named) = head_on(&["at 0 s link traffic->all blackout"]);
+    assert!(!is_named, "what is not sensed is not avoided");
+}
+
+#[test]
+fn one_that_flies_on_without_its_agent_is_avoided_too() {
+    for failsafe in ["loiter", "hold"] {
+        for dead in 1..=6 {
+            let failsafe = format!("failsafe={failsafe}");
+            let mut flight = Flight::new(&at_rest(scenario("resilient", &[&failsafe])));
+            flight.fly(1.0, |_| ());
+            flight.kill(&[dead]);
+            let recovery = flight.recover(30.0, 0.05);
+            assert!(recovery.closest_m > NEAR_MISS_M, "{failsafe}, {dead}: {recovery:?}");
+        }
+    }
+}
+
+/// The figures of ARCHITECTURE.md: `cargo test --release -p ringwing-simulation -- --ignored --nocapture figures`.
+#[test]
+#[ignore = "flies for an hour"]
+fn figures_of_the_collision_filter() {
+    let print = |name: &str, flights: &[Closest]| {
+        let count = |is: &dyn Fn(&Closest) -> bool| flights.iter().filter(|one| is(one)).count();
+        let nearest_m = flights.iter().map(|one| one.pair_m).fold(f64::INFINITY, f64::min);
+        let (hits, near) = (count(&|one| one.clearance_m <= 0.0), count(&|one| one.pair_m < NEAR_MISS_M));
+        let unsettled = count(&|one| one.settled_s.is_infinite());
+        let median_s = median_settling_s(flights);
+        println!(
+            "{name}: {} flights, closest {nearest_m:.2} m, {near} below 5 m, {hits} hits, {unsettled} unsettled, \
+             median settling {median_s:.2} s",
+            flights.len()
+        );
+    };
+    for uavs in [6, 12, 24] {
+        let flights = fly_all(1_000_001..=1_001_000, |seed| drawn(uavs, seed, 150.0, &[]));
+        print(&format!("drawn starts, n = {uavs}"), &flights);
+    }
+    for circles in [5, 10, 20, 30] {
+        print(&format!("{circles} circles"), &fly_all(2_000_001..=2_000_500, |seed| field(circles, seed)));
+    }
+    let storm = |seed: u64| preset("storm", &[&format!("seed={seed}")]);
+    print("storm", &fly_all(1..=1000, storm));
+}
