@@ -11,6 +11,7 @@ mod fault_command;
 mod launcher;
 mod log_argument;
 mod log_room;
+mod margin;
 mod output;
 mod real_time;
 mod recover_command;
@@ -62,6 +63,8 @@ enum Verb {
     Bench(Box<ringwing_bench::BenchArgs>),
     /// Fly a scenario thousands of times, over axes and seeds, and draw robustness maps
     Sweep(Box<sweep::SweepArgs>),
+    /// Measure how much of something a swarm stands, such as a delay, and compare it with theory
+    Margin(Box<margin::MarginArgs>),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::RecoverArgs),
     /// List, show or check scenarios
@@ -166,6 +169,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
         Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),
+        Verb::Margin(args) => ("", margin::run(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
         Verb::Clean => ("", clean::run()),

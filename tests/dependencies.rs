@@ -65,7 +65,13 @@ const ROOMS: [Room; 12] = [
     Room {
         folder: "study",
         uses: &["drawing", "flight", "recorder", "scenario", "simulation"],
-        with_io: &["sweep/check.rs", "sweep/parquet.rs", "sweep/results.rs", "sweep/runner.rs"],
+        with_io: &[
+            "margin/flights.rs",
+            "sweep/check.rs",
+            "sweep/parquet.rs",
+            "sweep/results.rs",
+            "sweep/runner.rs",
+        ],
     },
     Room {
         folder: "simulation",

@@ -19,6 +19,7 @@ mod faults;
 mod logs;
 mod losses;
 mod machines;
+mod margin;
 mod pauses;
 mod presets;
 mod printing;

@@ -7,9 +7,11 @@
 
 pub mod figure;
 pub mod flight;
+pub mod margin;
 pub mod shell;
 pub mod statistics;
 pub mod sweep;
+pub mod theory;
 
 pub use figure::Figure;
 pub use flight::{Outcome, Violation, fly};

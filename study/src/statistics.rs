@@ -106,6 +106,17 @@ mod tests {
     }
 
     #[test]
+    fn a_wilson_interval_worked_out_by_hand() {
+        // 5 of 10: centre 1/2, half width z sqrt(1/40 + z^2/400) / (1 + z^2/10), with z^2 = 3.841459.
+        let share = wilson(5, 10);
+        assert_near(share.low, 0.236_59);
+        assert_near(share.high, 0.763_41);
+        // All of n: the lower end is n / (n + z^2).
+        assert!((wilson(73, 73).low - 73.0 / (73.0 + Z * Z)).abs() < 1e-12);
+        assert!((wilson(0, 73).high - wilson(73, 73).low - (1.0 - 2.0 * wilson(73, 73).low)).abs() < 1e-12);
+    }
+
+    #[test]
     fn quantiles_are_those_of_numpy() {
         let mut values = [4.0, 1.0, 3.0, 2.0];
         assert_eq!(quantile(&mut values, 0.5), Some(2.5));
@@ -134,6 +145,12 @@ mod tests {
         assert_eq!(adjusted.iter().filter(|adjusted| **adjusted <= 0.05).count(), 4);
         assert!((adjusted[0] - 0.0015).abs() < 1e-12 && (adjusted[3] - 0.035_625).abs() < 1e-12);
         assert_eq!(adjusted[14], 1.0);
+        // Worked out by hand: 4 x 0.005, 4/2 x 0.01, 4/3 x 0.03 and 4/4 x 0.04.
+        for (value, expected) in
+            benjamini_hochberg(&[0.01, 0.04, 0.03, 0.005]).into_iter().zip([0.02, 0.04, 0.04, 0.02])
+        {
+            assert!((value - expected).abs() < 1e-12, "{value} {expected}");
+        }
         let mut reversed = probabilities;
         reversed.reverse();
         assert_eq!(benjamini_hochberg(&reversed).into_iter().rev().collect::<Vec<_>>(), adjusted);

@@ -73,7 +73,7 @@ pub enum SweepProblem {
 }
 
 impl SweepProblem {
-    pub(super) fn new(place: impl Into<String>, message: impl Into<String>) -> Self {
+    pub(crate) fn new(place: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Sweep { place: place.into(), message: message.into() }
     }
 }

@@ -42,4 +42,4 @@ pub use row::{Columns, Row};
 pub use runner::{Crew, Tally, run};
 pub use shard::Shard;
 pub use template::Template;
-pub use values::{Distribution, Values};
+pub use values::{Distribution, Values, number_text};

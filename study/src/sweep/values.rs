@@ -44,7 +44,7 @@ impl Distribution {
         } else {
             self.low + u * (self.high - self.low)
         };
-        text_of(value)
+        number_text(value)
     }
 
     /// The middle of the bin that a drawn `value` is in: maps show random axes in bins.
@@ -58,7 +58,7 @@ impl Distribution {
         let bin = ((share * f64::from(BINS)) as u32).min(BINS - 1);
         let middle: f64 = self.at((f64::from(bin) + 0.5) / f64::from(BINS)).parse().unwrap_or(value);
         // Three digits, because the middle of a bin is no exact number.
-        text_of(format!("{middle:.2e}").parse().unwrap_or(middle))
+        number_text(format!("{middle:.2e}").parse().unwrap_or(middle))
     }
 }
 
@@ -150,7 +150,9 @@ fn stepped(first: f64, last: f64, step: f64) -> Result<Vec<String>, String> {
     if steps > VALUES_MAX as f64 {
         return Err(format!("more than {VALUES_MAX} values: give a larger step"));
     }
-    Ok((0..=(steps + END_TOLERANCE) as u32).map(|index| text_of(first + f64::from(index) * step)).collect())
+    Ok((0..=(steps + END_TOLERANCE) as u32)
+        .map(|index| number_text(first + f64::from(index) * step))
+        .collect())
 }
 
 fn spaced(first: f64, last: f64, count: usize, is_log: bool) -> Result<Vec<String>, String> {
@@ -165,7 +167,7 @@ fn spaced(first: f64, last: f64, count: usize, is_log: bool) -> Result<Vec<Strin
         let share = share(index);
         if is_log { first * libm::pow(last / first, share) } else { first + share * (last - first) }
     };
-    Ok((0..count).map(|index| text_of(value(index))).collect())
+    Ok((0..count).map(|index| number_text(value(index))).collect())
 }
 
 fn distribution(range: &str, is_log: bool) -> Result<Distribution, String> {
@@ -186,7 +188,7 @@ fn number(text: &str) -> Result<f64, String> {
 }
 
 /// A computed value as text, without the digits that only show rounding errors.
-fn text_of(value: f64) -> String {
+pub fn number_text(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
     // A rounding error around 0 would be written as -0 or as 1e-17.
     if rounded.abs() < 1e-12 { "0".into() } else { rounded.to_string() }
