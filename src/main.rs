@@ -17,6 +17,7 @@ mod recover_command;
 mod review;
 mod run;
 mod scenario_command;
+mod shrink;
 mod simulated;
 mod summary;
 mod sweep;
@@ -62,6 +63,8 @@ enum Verb {
     Bench(Box<ringwing_bench::BenchArgs>),
     /// Fly a scenario thousands of times, over axes and seeds, and draw robustness maps
     Sweep(Box<sweep::SweepArgs>),
+    /// Make a flight that violates a requirement small
+    Shrink(shrink::ShrinkArgs),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::RecoverArgs),
     /// List, show or check scenarios
@@ -163,6 +166,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Compare(args) => ("", compare::run(&args)),
         Verb::Bench(args) => ("", bench::run(&args)),
         Verb::Sweep(args) => ("", sweep::run(&args)),
+        Verb::Shrink(args) => ("", shrink::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
         Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),

@@ -8,6 +8,7 @@
 pub mod figure;
 pub mod flight;
 pub mod shell;
+pub mod shrink;
 pub mod statistics;
 pub mod sweep;
 
