@@ -18,6 +18,7 @@ mod recover_command;
 mod review;
 mod run;
 mod scenario_command;
+mod shrink;
 mod simulated;
 mod summary;
 mod sweep;
@@ -65,6 +66,8 @@ enum Verb {
     Sweep(Box<sweep::SweepArgs>),
     /// Measure how much of something a swarm stands, such as a delay, and compare it with theory
     Margin(Box<margin::MarginArgs>),
+    /// Make a flight that violates a requirement small
+    Shrink(shrink::ShrinkArgs),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::RecoverArgs),
     /// List, show or check scenarios
@@ -166,6 +169,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Compare(args) => ("", compare::run(&args)),
         Verb::Bench(args) => ("", bench::run(&args)),
         Verb::Sweep(args) => ("", sweep::run(&args)),
+        Verb::Shrink(args) => ("", shrink::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
         Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),

@@ -148,5 +148,5 @@ fn outcome(
     let recorder = Some(report);
     // Nobody can ask for faults while it flies.
     let added_faults = Vec::new();
-    Outcome { folder, world, recorder, failures, ticks, flight_time, start_time, added_faults }
+    Outcome { folder, world, recorder, failures, added_faults, ticks, flight_time, start_time }
 }

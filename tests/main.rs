@@ -24,6 +24,7 @@ mod pauses;
 mod presets;
 mod printing;
 mod real_time;
+mod shrink;
 mod simulated;
 mod simulation;
 mod sizes;

@@ -24,7 +24,7 @@ use std::{num::NonZero, process::ExitCode, thread};
 pub(crate) struct MarginArgs {
     /// Name of a preset (see `ringwing scenario list`), or a scenario file
     scenario: String,
-    /// Where the number goes: a fault such as "link all->all delay {x} s", or a key such as "control.formation_gain={x}"
+    /// Where the number goes: a fault such as "link all->all delay {x} s", or a key such as `control.formation_gain={x}`
     #[arg(long, value_name = "WHAT")]
     of: String,
     /// From a value at which flights succeed to one at which they do not, such as 0..2

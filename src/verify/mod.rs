@@ -100,16 +100,16 @@ fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
 }
 
 /// A flight that can be flown again.
-struct Repeatable {
+pub(crate) struct Repeatable {
     /// The scenario, with the faults that were asked for during the flight.
-    scenario: Scenario,
+    pub(crate) scenario: Scenario,
     /// Whether somebody asked for faults during the flight.
     with_requests: bool,
 }
 
 /// The scenario of the log, with the faults that were asked for during the flight; an error if the flight cannot be
 /// repeated.
-fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Repeatable> {
+pub(crate) fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Result<Repeatable> {
     let mut scenario = reader.scenario()?;
     let not = format!("log {}: is not repeatable", reader.path().display());
     if scenario.time.real_time {

@@ -9,6 +9,7 @@ pub mod figure;
 pub mod flight;
 pub mod margin;
 pub mod shell;
+pub mod shrink;
 pub mod statistics;
 pub mod sweep;
 pub mod theory;

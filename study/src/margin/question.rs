@@ -49,17 +49,14 @@ impl Question {
     pub fn new(mut draft: Draft, asked: &Asked) -> Result<Self, Vec<SweepProblem>> {
         let refuse = |flag: &str, message: String| vec![SweepProblem::new(flag, message)];
         let range = range(asked).map_err(|message| refuse("--between", message))?;
-        let of = match key(asked.of).map_err(|message| refuse("--of", message))? {
-            Some(key) => {
-                draft.axes.push(Given::new(key, "0", "--of"));
-                asked.of.to_owned()
-            }
-            None => {
-                let sentence = with_time(asked.of);
-                draft.axes.push(Given::new(AXIS, "0", "--of"));
-                draft.faults.push(Given::new("", &sentence, "--of"));
-                sentence
-            }
+        let of = if let Some(key) = key(asked.of).map_err(|message| refuse("--of", message))? {
+            draft.axes.push(Given::new(key, "0", "--of"));
+            asked.of.to_owned()
+        } else {
+            let sentence = with_time(asked.of);
+            draft.axes.push(Given::new(AXIS, "0", "--of"));
+            draft.faults.push(Given::new("", &sentence, "--of"));
+            sentence
         };
         let mut question = Self { definition: draft.finish()?, of, range };
         for end in [range.from, range.to] {

@@ -61,7 +61,7 @@ fn forces(swarm: &Linearised, late: Late, delay_s: f64, at: &[f64]) -> (DVector<
     let (mut force, mut own, mut neighbours) =
         (DVector::zeros(size), DMatrix::zeros(size, size), DMatrix::zeros(size, size));
     for uav in 0..count {
-        let (sum, stiffness, bonds) = forces_on(swarm, late, delay_s, at, uav);
+        let UavForces { sum, stiffness, bonds } = forces_on(swarm, late, delay_s, at, uav);
         force.fixed_rows_mut::<2>(2 * uav).copy_from(&sum);
         own.fixed_view_mut::<2, 2>(2 * uav, 2 * uav).copy_from(&stiffness);
         // Three UAVs are all neighbours of each other; no two bonds of one UAV are the same.
@@ -72,14 +72,16 @@ fn forces(swarm: &Linearised, late: Late, delay_s: f64, at: &[f64]) -> (DVector<
     (force, Stiffness { own, neighbours })
 }
 
-/// The force on one UAV, its change with the UAV's own position, and minus its changes with both neighbours' positions.
-fn forces_on(
-    swarm: &Linearised,
-    late: Late,
-    delay_s: f64,
-    at: &[f64],
-    uav: usize,
-) -> (Vector2<f64>, Matrix2<f64>, [(usize, Matrix2<f64>); 2]) {
+/// The forces on one UAV.
+struct UavForces {
+    sum: Vector2<f64>,
+    /// The change of the sum with the UAV's own position.
+    stiffness: Matrix2<f64>,
+    /// Minus its changes with the positions of both neighbours, each with the neighbour's index.
+    bonds: [(usize, Matrix2<f64>); 2],
+}
+
+fn forces_on(swarm: &Linearised, late: Late, delay_s: f64, at: &[f64], uav: usize) -> UavForces {
     let count = swarm.uavs as usize;
     let error = |uav: usize| Vector2::new(at[2 * uav], at[2 * uav + 1]);
     // A position that is held is where its UAV was: the leader's speed times the delay behind.
@@ -103,11 +105,11 @@ fn forces_on(
     let stiffness = (one.1 + two.1 + centre.1) * gain
         + pull * gain_slope.transpose()
         + Matrix2::identity() * swarm.slot_gain;
-    (
-        pull * gain + own_error * swarm.slot_gain,
+    UavForces {
+        sum: pull * gain + own_error * swarm.slot_gain,
         stiffness,
-        [(others[0], one.1 * gain), (others[1], two.1 * gain)],
-    )
+        bonds: [(others[0], one.1 * gain), (others[1], two.1 * gain)],
+    }
 }
 
 /// G at this distance from the slot, and how it changes.

@@ -1,0 +1,277 @@
+//! Tries smaller scenarios until none of them shows the symptom.
+//!
+//! Never keeps a scenario that a reader of scenario files would refuse.
+
+use super::{
+    ShrinkError,
+    sentence::{smaller, smaller_faults},
+    symptom::Symptom,
+};
+use crate::flight::fly;
+use ringwing_recorder::metrics::Verdict;
+use ringwing_scenario::{Action, Fault, Scenario, fault::ProcessFault};
+use std::collections::HashMap;
+
+/// A small scenario that shows the symptom of a larger one.
+#[derive(Debug, Clone)]
+pub struct Shrunk {
+    /// The small scenario.
+    pub scenario: Scenario,
+    /// What both violate.
+    pub symptom: Symptom,
+    /// Number of flights that the search took.
+    pub flights: usize,
+}
+
+/// How far the search is.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'a> {
+    /// The smallest scenario so far.
+    pub smallest: &'a Scenario,
+    /// Number of flights so far.
+    pub flights: usize,
+}
+
+/// The smallest scenario that the search finds from `scenario`, which has been validated.
+///
+/// `wanted` is the requirement that it must violate; by default one about coming too close, or else the first of the
+/// alphabet. `show` is called whenever the scenario has become smaller.
+///
+/// # Errors
+/// The scenario cannot be simulated, passes, or violates only other requirements.
+pub fn shrink(
+    scenario: &Scenario,
+    wanted: Option<&str>,
+    show: impl FnMut(Progress<'_>),
+) -> Result<Shrunk, ShrinkError> {
+    let symptom = symptom(scenario, wanted)?;
+    let mut search = Search::new(scenario, symptom, show);
+    // A step can make another one possible: without a fault, a shorter flight may be enough.
+    loop {
+        let before = search.smallest.clone();
+        search.drop_faults();
+        search.shorten();
+        search.drop_uavs();
+        search.reduce_faults();
+        if search.smallest == before {
+            break;
+        }
+    }
+    Ok(Shrunk { scenario: search.smallest, symptom: search.symptom, flights: search.flown.len() })
+}
+
+fn symptom(scenario: &Scenario, wanted: Option<&str>) -> Result<Symptom, ShrinkError> {
+    let outcome = fly(scenario)?;
+    let name = || scenario.name.clone();
+    match outcome.verdict {
+        Verdict::Failed => return Err(ShrinkError::Ended(name())),
+        Verdict::Passed => return Err(ShrinkError::Passed(name())),
+        Verdict::Violated => {}
+    }
+    let is_wanted = |symptom: &Symptom| wanted.is_none_or(|wanted| symptom.requirement == wanted);
+    Symptom::all(&outcome).into_iter().find(is_wanted).ok_or_else(|| ShrinkError::OtherRequirement {
+        name: name(),
+        wanted: wanted.unwrap_or_default().into(),
+        violated: outcome.violated().collect::<Vec<_>>().join(", "),
+    })
+}
+
+struct Search<F> {
+    smallest: Scenario,
+    symptom: Symptom,
+    /// Whether only the faults make the original show the symptom. Then this must hold for every smaller one too:
+    /// a flight that is too short to settle violates most requirements, and says nothing about the faults.
+    needs_faults: bool,
+    /// Seconds from the last fault to the end of the original.
+    quiet_s: f64,
+    /// Whether a scenario shows the symptom, by its text: equal scenarios fly once.
+    flown: HashMap<String, bool>,
+    show: F,
+}
+
+impl<F: FnMut(Progress<'_>)> Search<F> {
+    fn new(scenario: &Scenario, symptom: Symptom, show: F) -> Self {
+        let mut search = Self {
+            smallest: scenario.clone(),
+            symptom,
+            needs_faults: false,
+            quiet_s: quiet_s(scenario),
+            flown: HashMap::from([(scenario.to_toml(), true)]),
+            show,
+        };
+        search.needs_faults = !search.has_symptom(&without_faults(scenario));
+        search
+    }
+
+    /// Takes `candidate` as the smallest if it shows the symptom for the same reason.
+    fn accept(&mut self, candidate: Scenario) -> bool {
+        // A requirement that is judged over the whole flight must leave the swarm as much time to recover.
+        let is_rushed = !self.symptom.is_at_one_moment() && quiet_s(&candidate) < self.quiet_s;
+        if is_rushed || !self.has_symptom(&candidate) {
+            return false;
+        }
+        if self.needs_faults && self.has_symptom(&without_faults(&candidate)) {
+            return false;
+        }
+        self.smallest = candidate;
+        (self.show)(Progress { smallest: &self.smallest, flights: self.flown.len() });
+        true
+    }
+
+    fn has_symptom(&mut self, scenario: &Scenario) -> bool {
+        let symptom = &self.symptom;
+        let flies = |text: &String| {
+            let outcome = Scenario::resolved(text).ok().and_then(|scenario| fly(&scenario).ok());
+            outcome
+                .filter(|outcome| outcome.verdict == Verdict::Violated)
+                .is_some_and(|outcome| Symptom::all(&outcome).iter().any(|shown| symptom.is_shown_by(shown)))
+        };
+        let text = scenario.to_toml();
+        if let Some(known) = self.flown.get(&text) {
+            return *known;
+        }
+        let shows = flies(&text);
+        self.flown.insert(text, shows);
+        shows
+    }
+
+    /// Drops faults: half of them at once, then smaller parts, down to single ones (delta debugging; Zeller and
+    /// Hildebrandt, *Simplifying and Isolating Failure-Inducing Input*, 2002).
+    fn drop_faults(&mut self) {
+        let mut size = self.smallest.faults.len().div_ceil(2);
+        while size > 0 {
+            let mut first = 0;
+            let mut is_smaller = false;
+            while first < self.smallest.faults.len() {
+                let mut candidate = self.smallest.clone();
+                let end = (first + size).min(candidate.faults.len());
+                candidate.faults.drain(first..end);
+                // After a success, the next part has moved to the same place.
+                if self.accept(candidate) { is_smaller = true } else { first += size }
+            }
+            // One fault that is gone can make another one superfluous.
+            if !(is_smaller && size == 1) {
+                size /= 2;
+            }
+        }
+    }
+
+    /// Ends the flight earlier, and lets the faults come earlier by as much where the end counts.
+    fn shorten(&mut self) {
+        let mut is_shorter = true;
+        while is_shorter {
+            let duration_s = self.smallest.time.duration_s;
+            is_shorter = smaller(duration_s).into_iter().any(|new_s| {
+                let mut cut = self.smallest.clone();
+                cut.time.duration_s = new_s;
+                let mut shifted = cut.clone();
+                for fault in &mut shifted.faults {
+                    // Whole milliseconds, because a difference of decimals has many digits.
+                    fault.at_s = ((fault.at_s - duration_s + new_s) * 1000.0).round() / 1000.0;
+                }
+                self.accept(cut) || self.accept(shifted)
+            });
+        }
+    }
+
+    /// Takes away the UAVs with the highest numbers. Faults that name them make the candidate invalid.
+    fn drop_uavs(&mut self) {
+        loop {
+            let mut candidate = self.smallest.clone();
+            candidate.formation.uavs = candidate.formation.uavs.saturating_sub(1);
+            candidate.start.uavs.pop();
+            if !self.accept(candidate) {
+                return;
+            }
+        }
+    }
+
+    /// Makes times, durations and magnitudes smaller, each until the symptom would go.
+    fn reduce_faults(&mut self) {
+        for index in 0..self.smallest.faults.len() {
+            let mut is_smaller = true;
+            while is_smaller {
+                let faults = smaller_faults(&self.smallest.faults[index]);
+                is_smaller = faults.into_iter().any(|fault| {
+                    let mut candidate = self.smallest.clone();
+                    candidate.faults[index] = fault;
+                    self.accept(candidate)
+                });
+            }
+        }
+    }
+}
+
+fn without_faults(scenario: &Scenario) -> Scenario {
+    Scenario { faults: Vec::new(), ..scenario.clone() }
+}
+
+/// Seconds from the end of the last fault to the end of the flight.
+fn quiet_s(scenario: &Scenario) -> f64 {
+    let last_s = scenario.faults.iter().map(end_s).fold(0.0, f64::max);
+    scenario.time.duration_s - last_s
+}
+
+/// When a fault ends; its start if it lasts to the end of the flight or has no duration.
+fn end_s(fault: &Fault) -> f64 {
+    let lasts_s = match &fault.action {
+        Action::Link { for_s, .. } => *for_s,
+        Action::Process { fault, .. } => match *fault {
+            ProcessFault::Freeze { for_s } | ProcessFault::Slow { for_s, .. } => for_s,
+            ProcessFault::Restart { after_s } => Some(after_s),
+            ProcessFault::Flap { for_s, .. } => Some(for_s),
+            ProcessFault::Kill | ProcessFault::Stop | ProcessFault::Thaw | ProcessFault::Start => None,
+        },
+        Action::Heal(_) => None,
+    };
+    fault.at_s + lasts_s.unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A short flight that violates `faults_act`, because nothing thaws a UAV that flies.
+    fn idle() -> Scenario {
+        let mut scenario = Scenario::default();
+        scenario.time.duration_s = 4.0;
+        scenario.requirements.faults_act = true;
+        let sentences = [
+            "at 0.5 s link all->all loss 20 % for 0.5 s",
+            "at 1.234 s thaw uav 2",
+            "at 1.5 s link 1->2 delay 50 ms for 0.5 s",
+        ];
+        scenario.faults = sentences.iter().map(|text| text.parse().unwrap()).collect();
+        scenario
+    }
+
+    #[test]
+    fn only_the_fault_that_matters_is_left_and_its_time_is_round() {
+        let original = idle();
+        let shrunk = shrink(&original, None, |_| ()).unwrap();
+        let [fault] = &*shrunk.scenario.faults else { panic!("{:?}", shrunk.scenario.faults) };
+        assert_eq!(fault.action.to_string(), "thaw uav 2");
+        assert!(fault.at_s <= 0.02, "{fault}");
+        assert!(shrunk.scenario.formation.uavs < original.formation.uavs);
+        assert_eq!(shrunk.symptom.requirement, "faults_act");
+        let again = fly(&shrunk.scenario).unwrap();
+        assert_eq!(again.violated().collect::<Vec<_>>(), ["faults_act"]);
+    }
+
+    #[test]
+    fn the_same_scenario_gives_the_same_result_in_as_many_flights() {
+        let [one, other] = [(); 2].map(|()| shrink(&idle(), None, |_| ()).unwrap());
+        assert_eq!((one.scenario, one.flights), (other.scenario, other.flights));
+    }
+
+    #[test]
+    fn a_flight_that_cannot_be_shrunk_is_refused_with_the_reason() {
+        let refusal = |scenario: &Scenario, wanted| shrink(scenario, wanted, |_| ()).unwrap_err().to_string();
+        let mut scenario = idle();
+        assert!(refusal(&scenario, Some("settling_max_s")).ends_with("it violates faults_act"));
+        scenario.requirements.faults_act = false;
+        assert!(refusal(&scenario, None).contains("passes, so there is nothing to shrink"));
+        scenario.time.real_time = true;
+        assert!(refusal(&scenario, None).contains("real time"));
+    }
+}
