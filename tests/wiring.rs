@@ -145,7 +145,9 @@ fn an_agent_is_connected_only_to_its_senses_its_ring_neighbours_and_the_leader()
 
 #[test]
 fn after_a_loss_its_neighbours_read_each_other_and_wait_at_the_board_of_a_successor() {
-    let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --set law=resilient").start();
+    let run = Swarm::fly("paper-4.1")
+        .with("--real-time --duration 600 --set law=resilient --set collision_filter=true")
+        .start();
     run.wait_for_second(0.5);
     run.signal(Part::Agent(UavId(3)), Signal::KILL);
     run.wait_for_second(3.0);

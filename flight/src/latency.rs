@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     fn timing(tick: i64, answered: u32, round_trip_ns: u64) -> TickTiming {
-        TickTiming { tick, answered, round_trip_ns, ..TickTiming::default() }
+        TickTiming { tick, round_trip_ns, answered, ..TickTiming::default() }
     }
 
     #[test]

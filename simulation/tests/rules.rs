@@ -2,7 +2,7 @@
 
 use crate::support::{Flight, agent, preset, with_faults};
 use ringwing_flight::{Event, FlightMode, Part, ProcessAction, Tick, UavId};
-use ringwing_recorder::metrics::Verdict;
+use ringwing_recorder::metrics::{FlightSummary, Verdict};
 use ringwing_scenario::Scenario;
 use ringwing_simulation::{Flown, Simulation, SimulationError, fly};
 
@@ -163,10 +163,16 @@ fn an_action_that_does_not_fit_the_process_is_refused_and_changes_only_the_event
         (&[], "at 3 s thaw recorder", "is not frozen"),
     ] {
         let with: Vec<&str> = before.iter().copied().chain([refused]).collect();
+        let with_count = with.len() as u64;
         let (with, without) = (flown(&with), flown(before));
         assert_eq!(refusals(&with), [why], "{refused}");
         assert_eq!(hash(&with), hash(&without), "{refused}");
-        assert_eq!(with.summary, without.summary, "{refused}");
+        // The refused fault counts as asked for; everything else is as without it.
+        let effects = with.summary.fault_effects.clone();
+        assert_eq!((effects.asked, effects.without_effect.len()), (with_count, 1), "{refused}");
+        let flown =
+            FlightSummary { fault_effects: without.summary.fault_effects.clone(), ..with.summary.clone() };
+        assert_eq!(flown, without.summary, "{refused}");
         assert_eq!(events(&with).iter().filter(|event| **event == (300, "fault.refused")).count(), 1);
     }
 }

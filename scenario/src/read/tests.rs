@@ -99,24 +99,14 @@ fn the_law_sets_the_switches_that_the_scenario_leaves_out() {
     let control = |text: &str, settings: &[&str]| read(text, settings).unwrap().control;
     let on = |control: &ControlSection| {
         let full = control.dead_reckoning == DeadReckoning::Full;
-        [
-            full,
-            control.trust_fades,
-            control.gain_fades,
-            control.force_limited,
-            control.ring_closes,
-            control.collision_filter,
-        ]
+        [full, control.trust_fades, control.gain_fades, control.force_limited, control.ring_closes]
     };
-    assert_eq!(on(&control("", &[])), [false; 6]);
-    assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 6]);
+    assert_eq!(on(&control("", &[])), [false; 5]);
+    assert_eq!(on(&control("control.law = 'resilient'", &[])), [true; 5]);
     let three = control("control.law = 'resilient'\ncontrol.gain_fades = false", &[]);
-    assert_eq!((on(&three), three.law), ([true, true, false, true, true, true], Law::Resilient));
-    assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false, false]);
-    assert_eq!(
-        on(&control("", &["law=resilient", "ring_closes=false"])),
-        [true, true, true, true, false, true]
-    );
+    assert_eq!((on(&three), three.law), ([true, true, false, true, true], Law::Resilient));
+    assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false]);
+    assert_eq!(on(&control("", &["law=resilient", "ring_closes=false"])), [true, true, true, true, false]);
 }
 
 #[test]
@@ -153,10 +143,10 @@ fn a_violation_of_two_values_is_blamed_on_the_one_set_last() {
 fn a_value_that_violates_two_bounds_is_reported_twice() {
     assert_eq!(
         problems("airframe.speed_max_m_s = 10", &[]),
-        r#"
+        r"
 wind.toml:1: airframe.speed_max_m_s: 10 m/s is below leader.speed_m_s 15 m/s: give a larger value
 wind.toml:1: airframe.speed_max_m_s: 10 m/s is not above speed_min_m_s 12 m/s: give a larger value
-"#
+"
         .trim()
     );
 }
@@ -182,12 +172,12 @@ fn another_number_of_uavs_drops_the_listed_starts() {
 fn syntax_errors_are_reported_line_by_line() {
     assert_eq!(
         problems("name = wind\n[time]\nduration_s = 90 s\nrate_hz = 100\nrate_hz = 50\n[oops\n", &[]),
-        r#"
+        r"
 wind.toml:1: this is not a value: put text in quotes
 wind.toml:3: this is not a value: give a number with a decimal point and without a unit, such as 90.0
 wind.toml:5: this is not TOML: duplicate key
 wind.toml:6: this is not TOML: unclosed table, expected `]`
-"#
+"
         .trim()
     );
 }
