@@ -73,7 +73,7 @@ fn every_quantity_is_checked_at_its_bounds() {
         ("sensing.traffic_loss", |s, v| s.sensing.traffic_loss = v, &[0.0, 1.0], &[-0.1, 1.1]),
         ("sensing.traffic_noise_m", |s, v| s.sensing.traffic_noise_m = v, &[0.0], &[-1.0]),
         ("sensing.traffic_noise_deg", |s, v| s.sensing.traffic_noise_deg = v, &[0.0, 180.0], &[-1.0, 181.0]),
-        ("safety.separation_m", |s, v| s.safety.separation_m = v, &[2.1, 40.0], &[40.1, 41.0]),
+        ("safety.separation_m", |s, v| s.safety.separation_m = v, &[2.1, 39.9], &[2.0, -1.0]),
         ("safety.clearance_m", |s, v| s.safety.clearance_m = v, &[0.0], &[-1.0]),
         ("safety.horizon_s", |s, v| s.safety.horizon_s = v, &[0.01, 60.0], &[0.0, 61.0]),
         ("safety.interval_s", |s, v| s.safety.interval_s = v, &[0.01, 60.0], &[0.0, 61.0]),
