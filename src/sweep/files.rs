@@ -65,7 +65,7 @@ pub(super) fn write(
     Ok(())
 }
 
-/// As [`write`], of a whole sweep.
+/// As [`write()`], of a whole sweep.
 pub(super) fn write_all(
     folder: &Path,
     manifest: &Manifest,
