@@ -139,7 +139,7 @@ impl Domain {
             });
         }
         let domain = Self { id: id.clone() };
-        // Looking into the folder fails for everybody whom its owner does not let in.
+        // Looking into the folder fails for users without permission.
         match fs::metadata(domain.scenario_path()) {
             Err(error) if error.kind() == PermissionDenied => Err(domain.permission_denied()),
             _ => Ok(domain),

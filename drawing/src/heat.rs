@@ -42,7 +42,7 @@ pub struct HeatMap {
     pub x: (String, Vec<String>),
     /// What the vertical axis shows, and its values from the bottom up.
     pub y: (String, Vec<String>),
-    /// The cells, row by row from the bottom; `None` where there is none.
+    /// The cells, row by row from the bottom; `None` leaves a gap.
     pub cells: Vec<Option<HeatCell>>,
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Report {
     first_seed: u64,
     /// What was found, in a word.
     finding: &'static str,
-    /// The margin, with its interval; `None` if there is none in the range.
+    /// The margin, with its interval; `None` if the range does not contain it.
     value: Option<f64>,
     low: Option<f64>,
     high: Option<f64>,
@@ -53,7 +53,7 @@ struct Flown {
 pub(super) struct TheoryLine {
     /// Which data are late.
     pub(super) late: &'static str,
-    /// The margin in seconds; `None` if there is none.
+    /// The margin in seconds; `None` if the search finds no unstable delay.
     pub(super) margin_s: Option<f64>,
     /// The bound of dead reckoning in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]

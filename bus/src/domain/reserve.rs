@@ -1,7 +1,7 @@
 //! Shared memory that a run sets aside before it starts, and hands out as its segments come to life.
 //!
-//! The kernel gives a segment its memory page by page, when somebody writes there, and kills the writer by SIGBUS if there
-//! is none. The memory of a reserve is there from the start: if there is too little, that is an error before anything flies, and
+//! The kernel gives a segment its memory page by page, when a process writes there. If no memory is left, it kills the writer
+//! by SIGBUS. The memory of a reserve is there from the start: if there is too little, that is an error before anything flies, and
 //! a run that starts at the same time does not count on it.
 //!
 //! Must never keep what the run does not need later: other runs need memory, too.

@@ -108,7 +108,7 @@ impl IdleFaults {
     }
 }
 
-/// Why nobody listens on any link of `fault`. Only a ring that never closes says for certain who listens to whom.
+/// Why nobody listens on any link of `fault`. Only in a ring that never closes are the listeners of each UAV certain.
 fn unheard(fault: &LinkFault, scenario: &Scenario) -> Option<String> {
     let uavs = scenario.formation.uavs;
     let (Links::From(Sender::Uav(from), Receiver::Uav(to)) | Links::Between(from, to)) = fault.links else {

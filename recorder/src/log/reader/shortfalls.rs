@@ -50,7 +50,7 @@ fn damages(survey: &Survey) -> Vec<String> {
     sentences
 }
 
-/// The UAVs of which the log has no state.
+/// The UAVs without a state in the log.
 fn missing_uavs(survey: &Survey, scenario: &Scenario) -> Option<String> {
     let uavs = scenario.formation.uavs;
     let names = (1..=uavs).map(|uav| UavTopic::State.name(uav, uavs));
@@ -65,7 +65,7 @@ fn missing_uavs(survey: &Survey, scenario: &Scenario) -> Option<String> {
     })
 }
 
-/// The topics of which the log has fewer messages than its recorder wrote. Logs of earlier versions do not say that.
+/// The topics with fewer messages in the log than its recorder wrote. Logs of earlier versions do not say that.
 fn missing_messages(survey: &Survey) -> Vec<String> {
     let missing = |group: &String| {
         let written: u64 = survey.results.first()?.get(&channels::count_key(group))?.parse().ok()?;

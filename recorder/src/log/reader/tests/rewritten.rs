@@ -14,7 +14,7 @@ use mcap::{
 use ringwing_flight::{Event, Tick, TimedEvent, WorldReport};
 use std::{fs, io::Cursor, ops::Range};
 
-/// The flight of all these tests: four UAVs for two seconds, of which the recorder lost a tenth.
+/// The flight of all these tests: four UAVs for two seconds; the recorder lost a tenth of them.
 fn scenario() -> Scenario {
     let mut scenario = ring_of(4, 40.0);
     scenario.time.duration_s = 2.0;
@@ -366,7 +366,7 @@ fn channels_may_be_repeated_and_messages_may_lie_between_chunks() {
             again.into_iter().chain([record.clone()])
         })
         .collect();
-    // A log in chunks, the messages of which follow once more without chunks.
+    // A log in chunks, followed by the same messages without chunks.
     let mixed: Vec<_> = chunks
         .iter()
         .map(|(_, record)| record.clone())
