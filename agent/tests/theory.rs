@@ -59,7 +59,7 @@ impl Swarm {
             pose.after(control.speed_m_s, control.turn_rate_rad_s, step_s)
         };
         let uavs = self.flyers().into_iter().map(along_flow).collect();
-        Self { formation: self.formation, leader: self.leader.after(SPEED, 0.0, step_s), uavs }
+        Self { formation: self.formation.clone(), leader: self.leader.after(SPEED, 0.0, step_s), uavs }
     }
 
     fn lyapunov(&self) -> f64 {

@@ -3,8 +3,9 @@
 //! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for and how fast time passes.
 //! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
 //!   account of a finished flight, with the [`latency`] of its ticks.
-//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`ring_order`] says which UAV
-//!   has which slot, and [`ring`] is the geometry of the UAVs still alive.
+//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`shape`] that of other formations and
+//!   [`slot`] a place in one; [`ring_order`] says which UAV has which slot, and [`ring`] is the geometry of the UAVs
+//!   still alive.
 //! - [`draw`] makes all seeded draws, and [`counted`] writes numbers of things.
 //!
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
@@ -24,6 +25,8 @@ pub mod process_state;
 pub mod report;
 pub mod ring;
 pub mod ring_order;
+pub mod shape;
+pub mod slot;
 mod wording;
 
 pub use event::{
@@ -41,6 +44,8 @@ pub use payload::{
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
-pub use ring::{LivingRing, OnLoss, Slot};
+pub use ring::{LivingRing, OnLoss};
 pub use ring_order::RingOrder;
+pub use shape::Shape;
+pub use slot::{CirclePlace, Slot};
 pub use wording::counted;

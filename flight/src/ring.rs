@@ -1,10 +1,9 @@
-//! The ring that the UAVs still alive fly after a loss.
+//! The ring of the UAVs that are alive, and the slots that they fly in the formation.
 //!
-//! It is a pure function of who is alive, so all UAVs that agree on that fly the same ring. It must never depend on how
-//! or when a UAV was lost.
+//! The slots are a pure function of the formation and of who is alive, so all UAVs that agree on that fly the same ones.
+//! They must never depend on how or when a UAV was lost.
 
-use crate::{Formation, RingOrder, UavId, direction};
-use nalgebra::Vector2;
+use crate::{CirclePlace, Formation, RingOrder, Shape, Slot, UavId};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -23,47 +22,37 @@ pub enum OnLoss {
     KeepSlots,
 }
 
-/// A place on a circle around the formation's centre.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Slot {
-    /// Seen from the centre, in rad. Not wrapped: around the ring it falls from slot to slot, by one turn at most in
-    /// all.
-    pub bearing_rad: f64,
-    /// Distance from the centre.
-    pub radius_m: f64,
-}
-
-impl Slot {
-    /// The displacement from the centre to the slot.
-    pub fn offset(&self) -> Vector2<f64> {
-        direction(self.bearing_rad) * self.radius_m
-    }
-}
-
 /// The slots of the living UAVs.
 ///
-/// The living take the slots in ring order. The ring is turned so that they move as little as possible: the sum of the
-/// squared differences between new and original bearings is smallest.
+/// The living close the gaps in the order of their places, and so that they move as little as possible:
+///
+/// - Round the centre (ring, ellipse, star) they spread evenly, turned so that the sum of the squared differences
+///   between new and original bearings is smallest. A slot of a star stays an outer or an inner one.
+/// - Along a path (vee, echelon, grid, listed offsets) they take successive places, so the arm, line or row closes up.
+///   It closes from the side from which the sum of the squared distances to the original places is smallest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LivingRing {
     formation: Formation,
     order: RingOrder,
     /// `None` under a law that ignores losses and always flies the whole ring.
     on_loss: Option<OnLoss>,
-    /// The slots that the living UAVs have in the whole ring, in ascending order.
+    /// The slots that the living UAVs have in the whole formation, in ascending order.
     living: Vec<u32>,
     radius_m: f64,
-    /// Bearing of the slot of the living UAV that comes first in ring order.
+    /// Bearing of the living UAV that comes first round the centre.
     first_rad: f64,
+    /// How many places at the beginning of the path stay empty.
+    skipped: u32,
 }
 
 impl LivingRing {
     /// The ring of the UAVs in this `order` while all are alive. Without `on_loss` it stays whole, whichever UAVs are
     /// lost.
     pub fn whole(formation: Formation, order: RingOrder, on_loss: Option<OnLoss>) -> Self {
-        // A whole ring takes its slots from the formation, so `first_rad` has no meaning in it.
-        let living = (1..=formation.count()).collect();
-        Self { formation, order, on_loss, living, radius_m: formation.radius_m(), first_rad: 0.0 }
+        // A whole ring takes its slots from the formation, so what `spread` computes has no meaning in it.
+        let living: Vec<_> = (1..=formation.count()).collect();
+        let radius_m = formation.radius_m();
+        Self { formation, order, on_loss, living, radius_m, first_rad: 0.0, skipped: 0 }
     }
 
     /// Changes to the ring of the UAVs for which `lives` is true; returns whether the ring has changed.
@@ -81,8 +70,13 @@ impl LivingRing {
     }
 
     fn spread(&mut self) {
-        // In any other ring all UAVs have their original slots, and nothing reads these two numbers.
-        if self.is_evenly_spread() {
+        // In any other ring all UAVs have their original slots, and nothing reads these numbers.
+        if !self.has_closed() {
+            return;
+        }
+        if self.formation.shape().is_path() {
+            self.skipped = self.least_moved();
+        } else {
             let formation = &self.formation;
             self.radius_m = match self.on_loss {
                 Some(OnLoss::KeepSpacing) => formation.radius_of_m(self.living.len() as u32),
@@ -92,9 +86,19 @@ impl LivingRing {
         }
     }
 
-    /// Which UAV has which slot in the whole ring.
+    /// The formation of the whole swarm.
+    pub fn formation(&self) -> &Formation {
+        &self.formation
+    }
+
+    /// Which UAV has which slot, and so who is whose neighbour.
     pub fn order(&self) -> &RingOrder {
         &self.order
+    }
+
+    /// The living UAVs in the order of their slots.
+    pub fn in_formation(&self) -> impl Iterator<Item = u32> {
+        self.living.iter().map(|slot| self.order.uav(*slot).0)
     }
 
     /// How many UAVs are alive.
@@ -109,24 +113,32 @@ impl LivingRing {
 
     /// Whether UAV `number` is alive.
     pub fn has(&self, number: u32) -> bool {
-        self.living.binary_search(&self.place(number)).is_ok()
+        self.living.binary_search(&self.order.slot(UavId(number))).is_ok()
     }
 
     /// The slot of UAV `number`. A UAV that is not alive has its original slot.
     pub fn slot(&self, number: u32) -> Slot {
-        match self.living.binary_search(&self.place(number)) {
-            Ok(place) if self.is_evenly_spread() => {
-                Slot { bearing_rad: self.first_rad - self.step_rad(place), radius_m: self.radius_m }
-            }
-            _ => self.original(self.place(number)),
+        let place = self.order.slot(UavId(number));
+        match self.living.binary_search(&place) {
+            Ok(rank) if self.has_closed() => self.closed(rank, place),
+            _ => self.formation.place(place),
         }
+    }
+
+    /// The slot of the living UAV of this `rank` in the order of places; in the whole formation it has `place`.
+    fn closed(&self, rank: usize, place: u32) -> Slot {
+        if self.formation.shape().is_path() {
+            return self.formation.along_path(self.skipped + rank as u32 + 1);
+        }
+        let bearing_rad = self.first_rad - self.step_rad(rank);
+        self.formation.round_centre(place, CirclePlace { bearing_rad, radius_m: self.radius_m })
     }
 
     /// The living UAVs before and after UAV `number` in the ring, whether that UAV is alive or not; `None` if no other
     /// UAV is left.
     pub fn neighbours(&self, number: u32) -> [Option<u32>; 2] {
         // A lost UAV has neighbours too: `place` is where it would be if it were alive.
-        let own = self.place(number);
+        let own = self.order.slot(UavId(number));
         let place = self.living.partition_point(|living| *living < own);
         let after = place + usize::from(self.has(number));
         let count = self.living.len();
@@ -139,29 +151,20 @@ impl LivingRing {
     /// that has closed with the same spacing.
     pub fn rest_m(&self, number: u32, neighbour: u32) -> f64 {
         // In a whole ring, return the exact L: the distance between two computed slots would be off by some bits.
-        if self.is_whole() {
+        if self.is_whole() && *self.formation.shape() == Shape::Ring {
             return self.formation.spacing_m();
         }
         (self.slot(neighbour).offset() - self.slot(number).offset()).norm()
     }
 
-    /// Whether the living have other slots than in the whole ring.
-    fn is_evenly_spread(&self) -> bool {
+    /// Whether the living have closed the gaps, and so have other slots than in the whole formation.
+    fn has_closed(&self) -> bool {
         !self.is_whole() && self.living.len() >= RING_MIN && self.on_loss != Some(OnLoss::KeepSlots)
     }
 
-    /// The slot that UAV `number` has in the whole ring.
-    fn place(&self, number: u32) -> u32 {
-        self.order.slot(UavId(number))
-    }
-
-    fn original(&self, slot: u32) -> Slot {
-        Slot { bearing_rad: self.formation.bearing_rad(slot), radius_m: self.formation.radius_m() }
-    }
-
-    /// The angle from the first living UAV, clockwise around the ring, to the one in `place` among the living.
-    fn step_rad(&self, place: usize) -> f64 {
-        place as f64 * TAU / self.living.len() as f64
+    /// The angle from the first living UAV, clockwise round the centre, to the one of this `rank`.
+    fn step_rad(&self, rank: usize) -> f64 {
+        rank as f64 * TAU / self.living.len() as f64
     }
 
     /// The first UAV's bearing in the ring that is turned least.
@@ -171,14 +174,27 @@ impl LivingRing {
     fn least_turned_rad(&self) -> f64 {
         // A plain mean is right here. Bearings are not wrapped, so there is no jump at pi that would need a circular
         // mean.
-        let first = |(place, slot): (usize, &u32)| self.formation.bearing_rad(*slot) + self.step_rad(place);
+        let first = |(rank, place): (usize, &u32)| self.formation.bearing_rad(*place) + self.step_rad(rank);
         self.living.iter().enumerate().map(first).sum::<f64>() / self.living.len() as f64
+    }
+
+    /// How many places to leave empty at the beginning of the path, so that the living move least.
+    fn least_moved(&self) -> u32 {
+        let offset = |place: u32| self.formation.along_path(place).offset();
+        let moved_m2 = |skipped: u32| -> f64 {
+            let ranked = (skipped + 1..).zip(&self.living);
+            ranked.map(|(to, from)| (offset(to) - offset(*from)).norm_squared()).sum()
+        };
+        let lost = self.formation.count() - self.living.len() as u32;
+        // The first of equals, so that every process takes the same.
+        (0..=lost).min_by(|one, other| moved_m2(*one).total_cmp(&moved_m2(*other))).unwrap_or(0)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Vector2;
     use proptest::prelude::*;
     use std::f64::consts::PI;
 
@@ -187,6 +203,20 @@ mod tests {
             LivingRing::whole(Formation::new(uavs, 40.0, PI), RingOrder::by_number(uavs), Some(on_loss));
         ring.reform(|number| !lost.contains(&number));
         ring
+    }
+
+    fn bearing_rad(slot: Slot) -> f64 {
+        let Slot::Circle(place) = slot else { panic!("not on a circle: {slot:?}") };
+        place.bearing_rad
+    }
+
+    fn original(ring: &LivingRing, number: u32) -> Slot {
+        ring.formation.place(ring.order.slot(UavId(number)))
+    }
+
+    /// How far the bearing of UAV `number` is from that in the whole ring.
+    fn turn_rad(ring: &LivingRing, number: u32) -> f64 {
+        bearing_rad(ring.slot(number)) - bearing_rad(original(ring, number))
     }
 
     fn offsets(ring: &LivingRing) -> Vec<Vector2<f64>> {
@@ -212,8 +242,8 @@ mod tests {
     #[test]
     fn five_of_six_are_a_ring_of_five_turned_by_half_a_gap_each_way() {
         let five = ring(6, OnLoss::KeepSpacing, &[3]);
-        assert!((five.slot(1).radius_m - 40.0 / (2.0 * (TAU / 10.0).sin())).abs() < 1e-9);
-        let turn = |number| five.slot(number).bearing_rad - five.original(number).bearing_rad;
+        assert!((five.slot(1).radius_m() - 40.0 / (2.0 * (TAU / 10.0).sin())).abs() < 1e-9);
+        let turn = |number| turn_rad(&five, number);
         // Slots 2 and 4 were 120 degrees apart and are now 72: each closes half of the difference.
         assert!((turn(4) - 24_f64.to_radians()).abs() < 1e-9 && (turn(2) + 24_f64.to_radians()).abs() < 1e-9);
         assert!(turn(6).abs() < 1e-9, "the slot opposite the gap stays");
@@ -222,16 +252,16 @@ mod tests {
     #[test]
     fn the_radius_or_the_slots_are_kept_if_the_scenario_says_so() {
         let radius = ring(6, OnLoss::KeepRadius, &[2, 5]);
-        assert!(radius.living.iter().all(|number| (radius.slot(*number).radius_m - 40.0).abs() < 1e-9));
+        assert!(radius.living.iter().all(|number| (radius.slot(*number).radius_m() - 40.0).abs() < 1e-9));
         let slots = ring(6, OnLoss::KeepSlots, &[2, 5]);
-        assert!(slots.living.iter().all(|number| slots.slot(*number) == slots.original(*number)));
+        assert!(slots.living.iter().all(|number| slots.slot(*number) == original(&slots, *number)));
     }
 
     #[test]
     fn fewer_than_three_keep_their_own_slots() {
         for lost in [&[1, 2, 4, 5][..], &[1, 2, 3, 4, 5], &[1, 2, 3, 4, 5, 6]] {
             let left = ring(6, OnLoss::KeepSpacing, lost);
-            assert!((1..=6).all(|number| left.slot(number) == left.original(number)), "{lost:?}");
+            assert!((1..=6).all(|number| left.slot(number) == original(&left, number)), "{lost:?}");
         }
     }
 
@@ -262,7 +292,72 @@ mod tests {
         }
     }
 
+    fn shaped(shape: Shape, uavs: u32, lost: &[u32]) -> LivingRing {
+        let formation = Formation::shaped(shape, uavs, 40.0, PI);
+        let mut ring = LivingRing::whole(formation, RingOrder::by_number(uavs), Some(OnLoss::KeepSpacing));
+        ring.reform(|number| !lost.contains(&number));
+        ring
+    }
+
+    /// How far the slot of each of `numbers` is from that in the whole formation, in multiples of L.
+    fn moved(ring: &LivingRing, numbers: &[u32]) -> Vec<i64> {
+        let moved = |number: &u32| {
+            let spacings = (ring.slot(*number).offset() - original(ring, *number).offset()).norm() / 40.0;
+            assert!((spacings - spacings.round()).abs() < 1e-9, "{spacings}");
+            spacings.round() as i64
+        };
+        numbers.iter().map(moved).collect()
+    }
+
+    #[test]
+    fn the_arm_of_a_vee_closes_up_towards_the_tip() {
+        // UAVs 1 to 3 fly in the left arm, UAV 4 is the tip.
+        let vee = |lost: &[u32]| shaped(Shape::Vee { sweep_rad: 0.5 }, 6, lost);
+        assert_eq!(moved(&vee(&[2]), &[1, 3, 4, 5, 6]), [1, 0, 0, 0, 0]);
+        assert_eq!(moved(&vee(&[5]), &[1, 2, 3, 4, 6]), [0, 0, 0, 0, 1]);
+        assert_eq!(moved(&vee(&[4]), &[1, 2, 3, 5, 6]), [0, 0, 0, 1, 1], "the shorter arm gives the new tip");
+        assert_eq!(moved(&vee(&[2, 5]), &[1, 3, 4, 6]), [1, 0, 0, 1]);
+    }
+
+    #[test]
+    fn a_line_and_a_grid_close_up_from_the_end_that_is_nearer() {
+        let line = shaped(Shape::Echelon { sweep_rad: 0.5 }, 6, &[5]);
+        assert_eq!(moved(&line, &[1, 2, 3, 4, 6]), [0, 0, 0, 0, 1]);
+        let grid = shaped(Shape::Grid { columns: 3 }, 9, &[2]);
+        assert_eq!(moved(&grid, &[1, 3, 4, 5, 6, 7, 8, 9]), [1, 0, 0, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_star_keeps_its_outer_and_inner_slots() {
+        let star = shaped(Shape::Star { inner_ratio: 0.5 }, 8, &[2]);
+        let radius_m = |number| star.slot(number).radius_m();
+        for (outer, inner) in [(1, 4), (3, 4), (5, 6), (7, 8)] {
+            assert!((radius_m(outer) - 2.0 * radius_m(inner)).abs() < 1e-9, "{outer} and {inner}");
+        }
+    }
+
+    #[test]
+    fn an_ellipse_closes_as_the_ring_that_it_is_made_of() {
+        let (ellipse, ring) = (shaped(Shape::Ellipse { aspect: 1.5 }, 7, &[3]), shaped(Shape::Ring, 7, &[3]));
+        for number in [1, 2, 4, 5, 6, 7] {
+            let (stretched, round) = (ellipse.slot(number).offset(), ring.slot(number).offset());
+            assert!((stretched - Vector2::new(round.x, 1.5 * round.y)).norm() < 1e-9, "{number}");
+        }
+    }
+
     proptest! {
+        #[test]
+        fn no_loss_brings_two_slots_of_a_path_nearer_together(
+            uavs in 3_u32..30, lives in prop::collection::vec(any::<bool>(), 30), columns in 1_u32..6, sweep in -1.0..1.0,
+        ) {
+            let lost: Vec<u32> = (1..=uavs).filter(|number| !lives[*number as usize - 1]).collect();
+            for shape in [Shape::Vee { sweep_rad: sweep }, Shape::Echelon { sweep_rad: sweep }, Shape::Grid { columns }] {
+                let ring = shaped(shape, uavs, &lost);
+                let closest = crate::formation::closest(&offsets(&ring));
+                prop_assert!(closest.is_none_or(|(.., apart_m)| apart_m > 40.0 - 1e-9), "{closest:?}");
+            }
+        }
+
         #[test]
         fn the_living_are_evenly_spread_in_ring_order_and_turned_least(
             uavs in 3_u32..40, lives in prop::collection::vec(any::<bool>(), 40), turn in -1.0..1.0,
@@ -275,8 +370,7 @@ mod tests {
                 prop_assert!(((one - next).norm() - 40.0).abs() < 1e-9);
             }
             let moved = |extra: f64| -> f64 {
-                let turn = |number: &u32| ring.slot(*number).bearing_rad + extra - ring.original(*number).bearing_rad;
-                ring.living.iter().map(|number| turn(number).powi(2)).sum()
+                ring.living.iter().map(|number| (turn_rad(&ring, *number) + extra).powi(2)).sum()
             };
             prop_assert!(moved(0.0) <= moved(turn) + 1e-9);
         }

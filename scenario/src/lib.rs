@@ -24,8 +24,8 @@ pub use fault::{Action, Fault, schedule::FaultSchedule};
 pub use model::{
     AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
     GeoreferenceSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection, ObstacleSection,
-    RequirementsSection, SafetySection, Scenario, SensingSection, StartSection, StartState,
-    SupervisionSection, TimeSection, Wake,
+    OffsetSection, RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName, StartSection,
+    StartState, SupervisionSection, TimeSection, Wake,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, keys};

@@ -60,6 +60,7 @@ struct StartBox<'s> {
 impl<'s> StartBox<'s> {
     fn new(scenario: &'s Scenario) -> Self {
         let draw = &scenario.start.draw;
+        // That of the ring in every shape: in a box as long as an echelon, the rear slots are too far behind the foremost UAVs.
         let radius = scenario.formation().radius_m();
         let ahead = direction(scenario.leader.heading_deg.to_radians());
         Self {

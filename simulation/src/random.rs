@@ -7,7 +7,7 @@
 
 use ringwing_flight::{OnLoss, draw::Draws};
 use ringwing_scenario::{
-    Action, Failsafe, Fault, Law, LawSwitches, ObstacleSection, Scenario,
+    Action, Failsafe, Fault, Law, LawSwitches, ObstacleSection, Scenario, ShapeName,
     fault::{Delay, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets},
 };
 use std::ops::RangeInclusive;
@@ -22,7 +22,7 @@ const FAULTS_MAX: u32 = 8;
 /// The slowest answer, in milliseconds. A slower one only makes flights of processes take longer.
 const SLOW_MAX_MS: u32 = 5;
 
-/// The random scenario of `seed`: 3 to 12 UAVs, 5 to 20 s, either law, up to three obstacles and eight faults.
+/// The random scenario of `seed`: 3 to 12 UAVs in any shape, 5 to 20 s, either law, up to three obstacles and eight faults.
 pub fn scenario(seed: u64) -> Scenario {
     let mut dice = Dice(Draws::new(seed, PURPOSE, 0));
     let mut scenario = Scenario {
@@ -45,6 +45,7 @@ pub fn scenario(seed: u64) -> Scenario {
     let duration_s = scenario.time.duration_s;
     scenario.faults =
         (0..dice.whole(1..=FAULTS_MAX)).map(|_| dice.fault(duration_s, scenario.formation.uavs)).collect();
+    dice.set_shape(&mut scenario);
     scenario
 }
 
@@ -104,6 +105,17 @@ impl Dice {
             scenario.requirements.collisions_max = Some(self.whole(0..=2));
             scenario.requirements.separation_min_m = Some(self.number(1.0, 10.0));
             scenario.requirements.slot_error_max_m = Some(self.number(1.0, 100.0));
+        }
+    }
+
+    /// Another shape than the ring for half of the swarms.
+    fn set_shape(&mut self, scenario: &mut Scenario) {
+        use ShapeName::{Echelon, Ellipse, Grid, Ring, Star, Vee};
+        let shape = self.pick(&[Ring, Ring, Ring, Ring, Ring, Ellipse, Star, Vee, Echelon, Grid]);
+        // A shape along a path has no radius to keep.
+        let has_radius = matches!(shape, Ring | Ellipse | Star);
+        if has_radius || scenario.membership.on_loss != OnLoss::KeepRadius {
+            scenario.formation.shape = shape;
         }
     }
 

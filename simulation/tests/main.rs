@@ -11,5 +11,6 @@ mod random;
 mod resilience;
 mod rules;
 mod safety;
+mod shapes;
 mod storm;
 mod theory;

@@ -10,7 +10,7 @@ use progress::Progress;
 use report::{Report, TheoryLine};
 use ringwing_bus::StopFlag;
 use ringwing_recorder::metrics::Verdict;
-use ringwing_scenario::{Scenario, Setting};
+use ringwing_scenario::{Scenario, Setting, ShapeName};
 use ringwing_study::{
     fly,
     margin::{Asked, Delays, Pilots, Plan, Question, search},
@@ -137,6 +137,12 @@ fn passes(scenario: &Scenario) -> Result<bool, String> {
 fn theory(question: &Question) -> Result<Vec<TheoryLine>, WrongUsage> {
     let scenario =
         question.scenario(question.range.from).map_err(|problem| WrongUsage(problem.to_string()))?;
+    if scenario.formation.shape != ShapeName::Ring {
+        let shape = scenario.formation.shape.name();
+        return Err(WrongUsage(format!(
+            "--theory: the theory is that of a ring, and formation.shape is {shape:?}"
+        )));
+    }
     let swarm = Linearised::of(&scenario);
     let delays = question.delays();
     let line = |late: Late| {

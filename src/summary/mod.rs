@@ -52,6 +52,7 @@ pub(crate) struct Summary {
     /// The seed again. Programs that read every number as a float, such as `jq`, round one above 2^53.
     seed_text: String,
     uavs: u32,
+    shape: ringwing_scenario::ShapeName,
     law: ringwing_scenario::Law,
     rate_hz: u32,
     real_time: bool,
@@ -224,6 +225,7 @@ impl Summary {
             seed: scenario.seed,
             seed_text: scenario.seed.to_string(),
             uavs: scenario.formation.uavs,
+            shape: scenario.formation.shape,
             law: scenario.control.law,
             rate_hz: scenario.time.rate_hz,
             real_time: scenario.time.real_time,

@@ -11,6 +11,7 @@ use super::{
 use crate::output;
 use ringwing_flight::{Latency, counted};
 use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary, UavSummary};
+use ringwing_scenario::ShapeName;
 use std::{fmt, io};
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
@@ -24,13 +25,16 @@ impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mode = if self.real_time { "real time" } else { "lockstep" };
         let Self { scenario, uavs, rate_hz, seed, .. } = self;
-        let (swarm, law) = (counted(*uavs, "UAV"), self.law.name());
+        let (mut swarm, law) = (counted(*uavs, "UAV"), self.law.name());
+        if self.shape != ShapeName::Ring {
+            swarm = format!("{swarm}, {}", self.shape.name());
+        }
         paragraph(f, "", &format!("{scenario}: {swarm}, {law} law, {rate_hz} Hz, {mode}, seed {seed}"))?;
         writeln!(f)?;
         if let Some(flight) = &self.flight {
             write_uavs(f, flight)?;
             write_commanded(f, flight, *uavs)?;
-            write_formation(f, flight)?;
+            write_formation(f, flight, self.shape)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
             for [label, value, remark] in effect_lines(&flight.fault_effects) {
                 line(f, &label, &value, &remark)?;
@@ -100,12 +104,15 @@ fn settling(flight: &FlightSummary) -> (String, String) {
     }
 }
 
-fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, shape: ShapeName) -> fmt::Result {
     let (settling, remark) = settling(flight);
+    // Only a ring has one distance for all.
+    let distances = if shape == ShapeName::Ring { ["L", "R"] } else { ["neighbours", "leader"] };
+    let [neighbours, leader] = distances.map(|to| format!("distances to {to}, largest error"));
     line(f, "settled within 1 m of every slot", &settling, &remark)?;
     line(f, "largest slot error at the end", &metres(flight.slot_error_max_m), "")?;
-    line(f, "distances to L, largest error", &metres(flight.neighbour_error_max_m), "at the end")?;
-    line(f, "distances to R, largest error", &metres(flight.radius_error_max_m), "at the end")?;
+    line(f, &neighbours, &metres(flight.neighbour_error_max_m), "at the end")?;
+    line(f, &leader, &metres(flight.radius_error_max_m), "at the end")?;
     write_pair(f, "closest ring neighbours", flight.closest_adjacent)?;
     write_pair(f, "closest of all others", flight.closest_other)
 }

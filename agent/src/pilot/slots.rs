@@ -31,9 +31,10 @@ pub(super) struct Slots {
     geometry: SlotGeometry,
 }
 
-/// The path of one slot between two places, at constant rates of bearing and radius.
+/// The path of one slot between two places.
 ///
-/// Two slots never meet on the way: between two rings in ring order all slots stay in ring order.
+/// In a ring or a star the rates of bearing and radius are constant. Two slots never meet on the way: all stay in ring
+/// order. Along a path, every slot moves straight by as many places or not at all.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SlotTransition {
     from: Slot,
@@ -44,9 +45,10 @@ impl Slots {
     /// The slots that UAV `own` of `scenario` sees while all UAVs are alive.
     pub(super) fn new(scenario: &Scenario, own: UavId) -> Self {
         let ring = scenario.whole_ring();
-        let (formation, rate_hz) = (scenario.formation(), f64::from(scenario.time.rate_hz));
-        let transitions =
-            UavId::all(formation.count()).map(|uav| SlotTransition::at_rest(ring.slot(uav.0))).collect();
+        let rate_hz = f64::from(scenario.time.rate_hz);
+        let transitions = UavId::all(scenario.formation.uavs)
+            .map(|uav| SlotTransition::at_rest(ring.slot(uav.0)))
+            .collect();
         // A placeholder: the geometry is computed from the rest of `Slots`.
         let geometry = SlotGeometry { slot: Vector2::zeros(), radius_m: 0.0, neighbours: [None; 2] };
         let mut slots = Self {
@@ -125,7 +127,7 @@ impl Slots {
             neighbours.map(|number| number.map(|number| self.neighbour(UavId(number), &own, progress)));
         // In a ring of two, both neighbours are the same UAV; its term counts once.
         let next = next.filter(|_| neighbours[0] != neighbours[1]);
-        SlotGeometry { slot: own.offset(), radius_m: own.radius_m, neighbours: [previous, next] }
+        SlotGeometry { slot: own.offset(), radius_m: own.radius_m(), neighbours: [previous, next] }
     }
 
     fn neighbour(&self, uav: UavId, own: &Slot, progress: f64) -> (UavId, f64) {
@@ -143,13 +145,8 @@ impl SlotTransition {
     }
 
     fn slot(&self, progress: f64) -> Slot {
-        // Linear, because a smooth start and end would need a faster middle, which airframes cannot follow. The end is
-        // exact: interpolation would round it.
-        let between = |from: f64, to: f64| if progress >= 1.0 { to } else { from + (to - from) * progress };
-        Slot {
-            bearing_rad: between(self.from.bearing_rad, self.to.bearing_rad),
-            radius_m: between(self.from.radius_m, self.to.radius_m),
-        }
+        // Linear, because a smooth start and end would need a faster middle, which airframes cannot follow.
+        self.from.towards(&self.to, progress)
     }
 }
 

@@ -22,7 +22,7 @@ use mcap::{
     write::NoSeek,
 };
 use ringwing_bus::write_whole;
-use ringwing_flight::{Level, TickTiming, TimedEvent};
+use ringwing_flight::{Level, Shape, TickTiming, TimedEvent};
 use ringwing_scenario::Scenario;
 use std::{
     borrow::Cow,
@@ -318,12 +318,16 @@ fn describe(opening: &Opening) -> BTreeMap<String, String> {
         ("version", env!("CARGO_PKG_VERSION").into()),
         ("uavs", formation.count().to_string()),
         ("spacing_m", formation.spacing_m().to_string()),
-        ("radius_m", formation.radius_m().to_string()),
         ("rate_hz", scenario.time.rate_hz.to_string()),
         ("law", scenario.control.law.name().into()),
         ("mode", mode_name(scenario).into()),
         ("duration_s", scenario.time.duration_s.to_string()),
     ]);
+    if *formation.shape() == Shape::Ring {
+        run.insert("radius_m", formation.radius_m().to_string());
+    } else {
+        run.insert("shape", scenario.formation.shape.name().into());
+    }
     // Log times are simulated, so this alone tells at what time of day a real-time run was flown.
     run.extend(opening.started_at.map(|time| ("started_at", time.into())));
     run.into_iter().map(|(key, value)| (key.into(), value)).collect()

@@ -1,11 +1,11 @@
-//! The ring that the swarm should form; all slot and neighbour errors refer to it.
+//! The formation that the swarm should form; all slot and neighbour errors refer to it.
 //!
-//! If the scenario closes the ring after a loss, this is the ring of the UAVs that fly on command. It has its final
+//! If the scenario closes the ring after a loss, this is the formation of the UAVs that fly on command. It has its final
 //! slots from the first tick on, so that the damage of a loss shows until it is repaired. Must never use the slots on
 //! the way there.
 
 use nalgebra::Vector2;
-use ringwing_flight::{LivingRing, UavId};
+use ringwing_flight::{LivingRing, Shape, UavId};
 use ringwing_scenario::Scenario;
 
 /// The ring of the UAVs that fly on command; the whole ring where the scenario does not close it.
@@ -62,9 +62,10 @@ impl FlownRing {
         &self.living
     }
 
-    /// The radius of the circle that the slots lie on, m; `None` if nobody is in the ring.
+    /// The radius of the circle that the slots lie on, m; `None` in another shape than a ring, or if nobody is left.
     pub fn radius_m(&self) -> Option<f64> {
-        self.members().next().map(|(_, place)| place.radius_m)
+        let first = self.members().next().map(|(_, place)| place.radius_m);
+        first.filter(|_| *self.living.formation().shape() == Shape::Ring)
     }
 
     /// The distance between the slots of ring neighbours, m; `None` if it differs around the ring, or if no two UAVs are left.
@@ -78,6 +79,13 @@ impl FlownRing {
     /// The UAVs in the ring, by ascending number, each with the displacement from the centre to its slot.
     pub(crate) fn slots(&self) -> impl Iterator<Item = (u32, Vector2<f64>)> {
         self.members().map(|(number, place)| (number, place.offset))
+    }
+
+    /// The slots in the order of their places, as displacements from the centre, and whether the line through them is
+    /// closed.
+    pub(crate) fn outline(&self) -> (Vec<Vector2<f64>>, bool) {
+        let slots = self.living.in_formation().map(|number| self.place(number).offset).collect();
+        (slots, !self.living.formation().shape().is_path())
     }
 
     fn members(&self) -> impl Iterator<Item = (u32, &RingPlace)> {
@@ -122,7 +130,7 @@ impl RingPlace {
         let slot = living.slot(number);
         let neighbour = |uav| RingNeighbour { uav, rest_m: living.rest_m(number, uav) };
         let [previous, next] = living.neighbours(number).map(|uav| uav.map(neighbour));
-        let (offset, radius_m) = (slot.offset(), slot.radius_m);
+        let (offset, radius_m) = (slot.offset(), slot.radius_m());
         Self { offset, radius_m, previous, next, is_in: living.has(number) }
     }
 }

@@ -43,7 +43,8 @@ struct ShownLog<'a> {
     uavs: Vec<u32>,
     /// The largest distance of a UAV from the leader at the start, or of its slot, m.
     reach_m: f64,
-    /// The largest distance between ring neighbours at the start, or twice L, which a loss leaves between the survivors, m.
+    /// The largest distance between ring neighbours at the start or in their slots, or twice L, which a loss leaves between
+    /// the survivors, m.
     gap_m: f64,
 }
 
@@ -68,13 +69,14 @@ impl<'a> ShownLog<'a> {
 fn reach_m(scenario: &Scenario) -> f64 {
     let leader = Point2::from(scenario.leader.start_m);
     let distances = starts(scenario).map(|start| (start - leader).norm());
-    distances.fold(scenario.formation().radius_m(), f64::max)
+    distances.fold(scenario.formation().reach_m(), f64::max)
 }
 
 fn gap_m(scenario: &Scenario) -> f64 {
     let next = starts(scenario).cycle().skip(1);
     let distances = starts(scenario).zip(next).map(|(one, next)| (next - one).norm());
-    distances.fold(2.0 * scenario.formation().spacing_m(), f64::max)
+    let widest_m = scenario.formation().widest_m();
+    distances.fold(widest_m.max(2.0 * scenario.formation().spacing_m()), f64::max)
 }
 
 fn starts(scenario: &Scenario) -> impl Iterator<Item = Point2<f64>> + Clone {

@@ -1,5 +1,7 @@
 //! The mission of the swarm: time, formation, leader, obstacles and requirements.
 
+use nalgebra::Vector2;
+use ringwing_flight::{Formation, Shape};
 use serde::{Deserialize, Serialize};
 
 /// `[time]`: length and time step of the flight.
@@ -22,18 +24,62 @@ impl Default for TimeSection {
     }
 }
 
-/// `[formation]`: the standard formation, Definition 1.
+/// `[formation]`: the standard formation of Definition 1, or another shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct FormationSection {
     /// n, the number of UAVs.
     pub uavs: u32,
+    /// The shape.
+    pub shape: ShapeName,
     /// L, the distance between neighbouring slots.
     pub spacing_m: f64,
-    /// alpha, the bearing of slot 1 from the centre. The others follow clockwise.
+    /// alpha, the bearing of slot 1 of a ring from the centre. The others follow clockwise. Every shape points the
+    /// opposite way.
     pub bearing_deg: f64,
+    /// Of a vee or an echelon: the angle by which an arm lies behind the line across.
+    pub sweep_deg: f64,
+    /// Of an ellipse: its width divided by its length.
+    pub aspect: f64,
+    /// Of a star: the distance of its inner slots from the centre as a share of that of its outer ones.
+    pub inner_ratio: f64,
+    /// Of a grid: the number of slots in a row; 0 for as many columns as rows, or one more.
+    pub columns: u32,
     /// Which UAV gets which slot.
     pub assignment: Assignment,
+    /// The slots of the shape `offsets`, one entry per UAV.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub offsets: Vec<OffsetSection>,
+}
+
+/// The shape of a formation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShapeName {
+    /// Evenly on a circle, as in the paper.
+    Ring,
+    /// Two arms behind a tip.
+    Vee,
+    /// A slanting line.
+    Echelon,
+    /// The ring, stretched.
+    Ellipse,
+    /// Rows and columns.
+    Grid,
+    /// The ring with every second slot nearer to the centre.
+    Star,
+    /// The places that `[[formation.offsets]]` lists.
+    Offsets,
+}
+
+/// `[[formation.offsets]]`: the place of one slot, seen from the leader in the direction of the formation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OffsetSection {
+    /// Distance ahead of the leader; negative is behind.
+    pub ahead_m: f64,
+    /// Distance to the left; negative is to the right.
+    pub left_m: f64,
 }
 
 /// How slots are given to UAVs before the flight. Each UAV keeps its slot for the whole flight.
@@ -46,11 +92,68 @@ pub enum Assignment {
     Nearest,
 }
 
+impl FormationSection {
+    /// The slots.
+    pub(crate) fn geometry(&self) -> Formation {
+        Formation::shaped(self.shape(), self.uavs, self.spacing_m, self.bearing_deg.to_radians())
+    }
+
+    fn shape(&self) -> Shape {
+        let sweep_rad = self.sweep_deg.to_radians();
+        match self.shape {
+            ShapeName::Ring => Shape::Ring,
+            ShapeName::Vee => Shape::Vee { sweep_rad },
+            ShapeName::Echelon => Shape::Echelon { sweep_rad },
+            ShapeName::Ellipse => Shape::Ellipse { aspect: self.aspect },
+            ShapeName::Grid => Shape::Grid { columns: self.columns() },
+            ShapeName::Star => Shape::Star { inner_ratio: self.inner_ratio },
+            ShapeName::Offsets => {
+                let offset = |offset: &OffsetSection| Vector2::new(offset.ahead_m, offset.left_m);
+                Shape::Offsets(self.offsets.iter().map(offset).collect())
+            }
+        }
+    }
+
+    fn columns(&self) -> u32 {
+        match self.columns {
+            0 => f64::from(self.uavs).sqrt().ceil() as u32,
+            columns => columns,
+        }
+    }
+}
+
+impl ShapeName {
+    /// Its name in scenarios and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ring => "ring",
+            Self::Vee => "vee",
+            Self::Echelon => "echelon",
+            Self::Ellipse => "ellipse",
+            Self::Grid => "grid",
+            Self::Star => "star",
+            Self::Offsets => "offsets",
+        }
+    }
+}
+
 impl Default for FormationSection {
     fn default() -> Self {
         // The formation of Section 4. Only with UAV 1 at the rear do the obstacles of Section 4.2 meet the UAVs that
         // its figures show.
-        Self { uavs: 6, spacing_m: 40.0, bearing_deg: 180.0, assignment: Assignment::Number }
+        Self {
+            uavs: 6,
+            shape: ShapeName::Ring,
+            spacing_m: 40.0,
+            bearing_deg: 180.0,
+            // With less, the formation is wider and with more it is longer: both take longer to form from drawn starts.
+            sweep_deg: 45.0,
+            aspect: 1.5,
+            inner_ratio: 0.45,
+            columns: 0,
+            assignment: Assignment::Number,
+            offsets: Vec::new(),
+        }
     }
 }
 

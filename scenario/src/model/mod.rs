@@ -14,7 +14,8 @@ mod start;
 pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
 pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection, SafetySection};
 pub use mission::{
-    Assignment, FormationSection, LeaderSection, ObstacleSection, RequirementsSection, TimeSection,
+    Assignment, FormationSection, LeaderSection, ObstacleSection, OffsetSection, RequirementsSection,
+    ShapeName, TimeSection,
 };
 pub use process::{IpcSection, SupervisionSection, Wake};
 pub use start::{DrawSection, StartSection, StartState};
@@ -44,7 +45,7 @@ pub struct Scenario {
     pub seed: u64,
     /// Length and time step of the flight.
     pub time: TimeSection,
-    /// The ring to form.
+    /// The formation to form.
     pub formation: FormationSection,
     /// The control law of the agents.
     pub control: ControlSection,
@@ -78,8 +79,7 @@ pub struct Scenario {
 impl Scenario {
     /// The formation to form.
     pub fn formation(&self) -> Formation {
-        let FormationSection { uavs, spacing_m, bearing_deg, .. } = self.formation;
-        Formation::new(uavs, spacing_m, bearing_deg.to_radians())
+        self.formation.geometry()
     }
 
     /// Which UAV has which slot, by the rule that the scenario names.

@@ -13,7 +13,8 @@ pub struct StartSection {
     pub uavs: Vec<StartState>,
 }
 
-/// `[start.draw]`: a seeded draw of start states from a box around the leader, with its size in formation radii.
+/// `[start.draw]`: a seeded draw of start states from a box around the leader, with its size in radii of the
+/// ring that has as many UAVs, whatever the shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrawSection {

@@ -1,6 +1,9 @@
 //! The example: a scenario in which every key has a value. It tells which keys exist and which type each has.
 
-use crate::{Fault, ObstacleSection, RequirementsSection, Scenario, StartSection, StartState, key};
+use crate::{
+    Fault, FormationSection, ObstacleSection, OffsetSection, RequirementsSection, Scenario, StartSection,
+    StartState, key,
+};
 use std::sync::LazyLock;
 use toml::{
     Spanned,
@@ -18,6 +21,10 @@ static TREE: LazyLock<DeValue<'static>> = LazyLock::new(|| {
 pub(crate) fn scenario() -> Scenario {
     Scenario {
         description: "two rings, one sky".into(),
+        formation: FormationSection {
+            offsets: vec![OffsetSection { ahead_m: -20.0, left_m: 35.0 }],
+            ..FormationSection::default()
+        },
         requirements: RequirementsSection {
             collisions_max: Some(0),
             clearance_min_m: Some(2.0),

@@ -2,6 +2,7 @@
 //!
 //! Never sees a number that is not finite or too large to compute with: `read` refuses those.
 
+mod formation;
 mod places;
 #[cfg(test)]
 mod tests;
@@ -46,7 +47,8 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(name(scenario));
     violations.extend(description(scenario));
     violations.extend(time(scenario));
-    violations.extend(formation(scenario));
+    violations.extend(formation::quantities(scenario));
+    violations.extend(formation::offsets(scenario));
     violations.extend(control(scenario));
     violations.extend(membership(scenario));
     violations.extend(safety(scenario));
@@ -100,18 +102,6 @@ fn time(scenario: &Scenario) -> impl Iterator<Item = Violation> {
             Violation::at(duration.key, message.clone()).or_at(rate.key, message)
         });
     [bad_duration, rate.within(1.0..=RATE_MAX_HZ), no_tick].into_iter().flatten()
-}
-
-fn formation(scenario: &Scenario) -> impl Iterator<Item = Violation> {
-    let formation = &scenario.formation;
-    let fewest = if scenario.ipc.few_uavs { 1 } else { UAVS_MIN };
-    [
-        quantity("formation.uavs", formation.uavs).within(f64::from(fewest)..=f64::from(UAVS_MAX)),
-        quantity("formation.spacing_m", formation.spacing_m).above_zero(),
-        angle("formation.bearing_deg", formation.bearing_deg),
-    ]
-    .into_iter()
-    .flatten()
 }
 
 fn angle(key: &str, value_deg: f64) -> Option<Violation> {

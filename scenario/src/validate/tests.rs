@@ -1,5 +1,6 @@
 use super::*;
-use crate::{ObstacleSection, RequirementsSection, StartState, read};
+use crate::{ObstacleSection, OffsetSection, RequirementsSection, ShapeName, StartState, read};
+use ringwing_flight::OnLoss;
 
 /// A valid scenario with an obstacle and a listed start for each UAV.
 fn valid() -> Scenario {
@@ -7,6 +8,7 @@ fn valid() -> Scenario {
     let one = scenario.start.uavs[0];
     let beside = |x| StartState { position_m: [f64::from(x), 0.0], ..one };
     scenario.start.uavs = [0, 10, 20, 30, 40, 50].map(beside).into();
+    scenario.formation.offsets.clear();
     scenario
 }
 
@@ -36,12 +38,16 @@ fn the_defaults_and_the_example_are_valid() {
 fn every_quantity_is_checked_at_its_bounds() {
     type Change = fn(&mut Scenario, f64);
     // The key, how to set it, values that are just valid, and values that are not.
-    let bounds: [(&str, Change, &[f64], &[f64]); 38] = [
+    let bounds: [(&str, Change, &[f64], &[f64]); 42] = [
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
         ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
         ("formation.spacing_m", |s, v| s.formation.spacing_m = v, &[10.1, 1e7], &[0.0, -40.0]),
         ("formation.bearing_deg", |s, v| s.formation.bearing_deg = v, &[-360.0, 360.0], &[-361.0, 361.0]),
+        ("formation.sweep_deg", |s, v| s.formation.sweep_deg = v, &[-90.0, 90.0], &[-91.0, 91.0]),
+        ("formation.aspect", |s, v| s.formation.aspect = v, &[0.2, 5.0], &[0.19, 5.1]),
+        ("formation.inner_ratio", |s, v| s.formation.inner_ratio = v, &[0.1, 1.0], &[0.09, 1.1]),
+        ("formation.columns", |s, v| s.formation.columns = v as u32, &[0.0, 1024.0], &[1025.0]),
         ("control.formation_gain", |s, v| s.control.formation_gain = v, &[1e-9], &[0.0, -1.0]),
         ("control.slot_gain", |s, v| s.control.slot_gain = v, &[1e-9], &[0.0, -1.0]),
         ("control.obstacle_gain_m", |s, v| s.control.obstacle_gain_m = v, &[0.0], &[-1e-9]),
@@ -265,4 +271,71 @@ fn fewer_than_three_uavs_fly_for_benchmarks_alone() {
     };
     assert_eq!(blamed(|s| two(s, false)), ["formation.uavs"]);
     assert_eq!(blamed(|s| two(s, true)), [""; 0]);
+}
+
+/// Six offsets in a line, 20 m apart.
+fn in_a_line(scenario: &mut Scenario) {
+    scenario.formation.shape = ShapeName::Offsets;
+    let offset = |place: u32| OffsetSection { ahead_m: -20.0 * f64::from(place), left_m: 0.0 };
+    scenario.formation.offsets = (0..6).map(offset).collect();
+}
+
+#[test]
+fn listed_offsets_are_one_for_each_uav_and_farther_apart_than_a_collision() {
+    assert_eq!(messages(in_a_line), [""; 0]);
+    let fewer = |s: &mut Scenario| {
+        in_a_line(s);
+        s.formation.offsets.pop();
+    };
+    assert_eq!(
+        messages(fewer),
+        ["formation.offsets: 5 offsets are listed, but formation.uavs is 6: list one for each UAV"]
+    );
+    let close = |s: &mut Scenario| {
+        in_a_line(s);
+        s.formation.offsets[4].ahead_m = -21.5;
+    };
+    assert_eq!(
+        messages(close),
+        ["formation.offsets.4: slots 2 and 5 are 1.50 m apart, which is not above \
+          airframe.collision_distance_m 2 m: move one of them"]
+    );
+    let unused = |s: &mut Scenario| {
+        in_a_line(s);
+        s.formation.shape = ShapeName::Grid;
+    };
+    assert_eq!(
+        messages(unused),
+        [
+            "formation.offsets: 6 offsets in the list, but formation.shape is \"grid\": give shape = \"offsets\", or an \
+          empty list"
+        ]
+    );
+}
+
+#[test]
+fn a_vee_is_not_too_steep_and_has_no_radius_to_keep() {
+    let steep = |s: &mut Scenario, sweep_deg| {
+        s.formation.shape = ShapeName::Vee;
+        s.formation.sweep_deg = sweep_deg;
+    };
+    assert_eq!(blamed(|s| steep(s, 60.0)), [""; 0]);
+    assert_eq!(
+        messages(|s| steep(s, 61.0)),
+        [
+            "formation.sweep_deg: at 61 degrees, the arms of a vee are nearer to each other than L: give -60 to 60"
+        ]
+    );
+    let keeps = |s: &mut Scenario, shape| {
+        s.control.ring_closes = true;
+        s.membership.on_loss = OnLoss::KeepRadius;
+        s.formation.shape = shape;
+    };
+    assert_eq!(blamed(|s| keeps(s, ShapeName::Star)), [""; 0]);
+    assert_eq!(
+        messages(|s| keeps(s, ShapeName::Vee)),
+        [
+            "membership.on_loss: the shape \"vee\" has no radius to keep: give \"keep_spacing\" or \"keep_slots\""
+        ]
+    );
 }

@@ -12,8 +12,8 @@ use ringwing_drawing::{
 use ringwing_recorder::show::circle;
 use ringwing_scenario::ObstacleSection;
 
-/// Moments at which the ring is drawn, as shares of the flight. More rings cover each other and the trajectories; with fewer,
-/// the formation between them must be guessed.
+/// Moments at which the formation is drawn, as shares of the flight. More cover each other and the trajectories; with fewer,
+/// what is flown between them must be guessed.
 const MOMENTS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Most collisions that are marked. More marks hide the trajectories; the table of events has all.
 const MARKED_COLLISIONS: usize = 40;
@@ -31,7 +31,8 @@ pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
     FlightFigure {
         name: "trajectories".into(),
         title: format!("Trajectories{}", paper(flight, "Fig. 3 and 6")),
-        caption: "Grey: the ring as it is flown, at five moments with their times. Arrows show headings, crosses collisions."
+        caption:
+            "Grey: the formation as it is flown, at five moments with their times. Arrows show headings, crosses collisions."
             .into(),
         table: Table::new(&times(flight), columns.chain(leader)),
         is_over_time: false,
@@ -47,7 +48,7 @@ pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
     }
 }
 
-/// Obstacles, paths and rings, in the order of drawing.
+/// Obstacles, paths and formations, in the order of drawing.
 fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     // With many UAVs, names would fill the legend.
     let has_names = flight.uavs.len() <= DRAWN_UAVS;
@@ -60,7 +61,10 @@ fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     // line.
     let leader = points(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
     lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
-    lines.extend(moments(flight).map(|tick| Curve { name: "ring".into(), ..path(GREY, ring(flight, tick)) }));
+    let name = flight.scenario.formation.shape.name();
+    lines.extend(
+        moments(flight).map(|tick| Curve { name: name.into(), ..path(GREY, formation(flight, tick)) }),
+    );
     lines
 }
 
@@ -68,20 +72,23 @@ fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Curve {
     Curve { name: String::new(), colour, stroke: Stroke::Solid, points }
 }
 
-/// The indices of the ticks at which the ring is drawn.
+/// The indices of the ticks at which the formation is drawn.
 fn moments(flight: &LoggedFlight) -> impl Iterator<Item = usize> {
     let last = flight.times_s.len().saturating_sub(1) as f64;
     MOMENTS.into_iter().map(move |share| (share * last) as usize)
 }
 
-/// The closed polygon of the UAVs that fly on command at a tick: after a loss, the ring without the lost ones.
-fn ring(flight: &LoggedFlight, tick: usize) -> Vec<Option<(f64, f64)>> {
+/// The line through the UAVs that fly on command at a tick, in the order of their slots; closed where the shape goes round
+/// its centre.
+fn formation(flight: &LoggedFlight, tick: usize) -> Vec<Option<(f64, f64)>> {
     let order = flight.scenario.ring_order();
     let in_order = order.uavs().iter().map(|uav| &flight.uavs[uav.index()]);
     let members = in_order.filter(|uav| uav.commanded.get(tick) == Some(&true));
-    let mut ring: Vec<_> = members.filter_map(|uav| place(uav, tick)).map(Some).collect();
-    ring.extend(ring.first().copied());
-    ring
+    let mut line: Vec<_> = members.filter_map(|uav| place(uav, tick)).map(Some).collect();
+    if !flight.scenario.formation().shape().is_path() {
+        line.extend(line.first().copied());
+    }
+    line
 }
 
 fn place(uav: &UavColumns, tick: usize) -> Option<(f64, f64)> {

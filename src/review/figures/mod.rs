@@ -110,13 +110,13 @@ fn distances(flight: &LoggedFlight) -> [FlightFigure; 2] {
         neighbours.figure(
             "neighbour-distances",
             &format!("Distance to the next ring neighbour{}", paper(flight, "Fig. 4a")),
-            "From each UAV to the next one in the ring. The distances should converge to L of the ring that is flown.",
+            "From each UAV to the next one in the ring. The distances should converge to those of the formation: to L in a ring.",
             "distance, m",
         ),
         leader.figure(
             "leader-distances",
             &format!("Distance to the leader{}", paper(flight, "Fig. 4b")),
-            "Of the UAVs that fly on command. The distances should converge to R of the ring that is flown.",
+            "Of the UAVs that fly on command. The distances should converge to those of the formation: to R in a ring.",
             "distance, m",
         ),
     ]

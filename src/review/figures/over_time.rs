@@ -54,10 +54,13 @@ impl<'f> OverTime<'f> {
         self
     }
 
-    /// Adds a dashed line for a value that the others should reach and that changes with the ring.
+    /// Adds a dashed line for a value that the others should reach and that changes with the ring. Where it never exists,
+    /// as in most shapes, there is no line.
     pub(super) fn reference(mut self, name: &str, column: &Column) -> Self {
-        let points = points(&times(self.flight), column);
-        self.levels.push(Curve { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points });
+        if column.iter().any(Option::is_some) {
+            let points = points(&times(self.flight), column);
+            self.levels.push(Curve { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points });
+        }
         self
     }
 

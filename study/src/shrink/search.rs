@@ -180,6 +180,7 @@ impl<F: FnMut(Progress<'_>)> Search<F> {
             let mut candidate = self.smallest.clone();
             candidate.formation.uavs = candidate.formation.uavs.saturating_sub(1);
             candidate.start.uavs.pop();
+            candidate.formation.offsets.pop();
             if !self.accept(candidate) {
                 return;
             }

@@ -21,8 +21,8 @@ const GRID_LINES: f64 = 120.0;
 
 /// A 3D panel that follows the swarm, seen from behind and above.
 pub(super) fn following(shown: &ShownLog, panels: &mut Panels) -> Value {
-    // Far enough that the ring fits with a margin, and the whole swarm at the start.
-    let radius_m = shown.scenario.formation().radius_m();
+    // Far enough that the formation fits with a margin, and the whole swarm at the start.
+    let radius_m = shown.scenario.formation().reach_m();
     let camera = camera(radius_m.mul_add(3.6, 40.0).max(START_VIEW * shown.reach_m), 42.0, [0.0, 0.0]);
     let config = config(shown.scenario, "leader", "follow-position", &camera);
     panels.add("3D", "The swarm, following its leader", config)
@@ -102,9 +102,9 @@ fn leader_arrow(scenario: &Scenario) -> Value {
 /// A grid under the whole flight, with squares of the spacing L or a multiple of it.
 fn grid(scenario: &Scenario) -> Value {
     let formation = scenario.formation();
-    // The leader's path as a straight line, with a margin around the ring.
+    // The leader's path as a straight line, with a margin around the formation.
     let way_m = scenario.leader.speed_m_s * scenario.time.duration_s;
-    let wanted_m = way_m + 12.0 * formation.radius_m();
+    let wanted_m = way_m + 12.0 * formation.reach_m();
     // A multiple of L, so that distances can be read off the squares, and large enough to need no more than
     // `GRID_LINES`.
     let square_m = formation.spacing_m() * (wanted_m / formation.spacing_m() / GRID_LINES).ceil();

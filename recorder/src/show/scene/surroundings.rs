@@ -9,7 +9,8 @@ use crate::{
     show::{circle, palette},
 };
 use foxglove::messages::{
-    CylinderPrimitive, Point3, SceneEntity, SceneUpdate, Vector3, line_primitive::Type::LineLoop,
+    CylinderPrimitive, LinePrimitive, Point3, SceneEntity, SceneUpdate, Vector3,
+    line_primitive::Type::{LineLoop, LineStrip},
 };
 use nalgebra::Point2;
 use ringwing_scenario::ObstacleSection;
@@ -44,14 +45,13 @@ fn body(obstacle: &ObstacleSection, clock: Clock, tick: i64) -> SceneEntity {
     body
 }
 
-/// The leader, and the ring that is flown with its slots around it: `/scene/formation`.
+/// The leader, and the formation that is flown with its slots around it: `/scene/formation`.
 ///
 /// Marks have their size from `spacing_m`, the distance between neighbours in the whole ring.
 pub(crate) fn formation(flown: &FlownRing, spacing_m: f64, clock: Clock, tick: i64) -> SceneUpdate {
     let mark_m = SLOT * spacing_m;
     let mut ring = entity(LEADER, "ring", clock, tick);
-    let circles = flown.radius_m().map(|radius_m| circle(Point2::origin(), radius_m));
-    ring.lines.extend(circles.map(|circle| line(LineLoop, circle, 1.0, palette::QUIET, 0.8)));
+    ring.lines.push(outline(flown));
     for (number, offset) in flown.slots() {
         let mark = diamond(Point2::from(offset), mark_m);
         ring.lines.push(line(LineLoop, mark, 2.0, palette::colour(number), 0.9));
@@ -61,6 +61,16 @@ pub(crate) fn formation(flown: &FlownRing, spacing_m: f64, clock: Clock, tick: i
     let above = Point3 { x: 0.0, y: 0.0, z: 3.0 * mark_m };
     leader.texts.push(text("leader", above, NAME_PIXELS, palette::BRIGHT));
     whole(vec![ring, leader], clock, tick)
+}
+
+/// The circle of a ring, or the line through the slots of another shape.
+fn outline(flown: &FlownRing) -> LinePrimitive {
+    if let Some(radius_m) = flown.radius_m() {
+        return line(LineLoop, circle(Point2::origin(), radius_m), 1.0, palette::QUIET, 0.8);
+    }
+    let (slots, is_closed) = flown.outline();
+    let points = slots.iter().map(|slot| flat(slot.x, slot.y)).collect();
+    line(if is_closed { LineLoop } else { LineStrip }, points, 1.0, palette::QUIET, 0.8)
 }
 
 fn circle(centre: Point2<f64>, radius_m: f64) -> Vec<Point3> {
@@ -76,6 +86,7 @@ fn diamond(centre: Point2<f64>, half: f64) -> Vec<Point3> {
 mod tests {
     use super::*;
     use crate::testing;
+    use ringwing_scenario::ShapeName;
 
     #[test]
     fn an_obstacle_shows_its_body_its_braking_circle_and_its_name() {
@@ -95,6 +106,19 @@ mod tests {
         assert_eq!(scene.entities[0].lines.len(), 6);
         let radius = scene.entities[0].lines[0].points[0].x;
         assert!((radius - ring.radius_m()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn another_shape_is_drawn_as_the_line_through_its_slots() {
+        let mut scenario = testing::ring_of(6, 40.0);
+        for (shape, kind) in [(ShapeName::Vee, LineStrip), (ShapeName::Star, LineLoop)] {
+            scenario.formation.shape = shape;
+            let scene = formation(&FlownRing::new(&scenario), 40.0, Clock::new(100), 0);
+            let outline = &scene.entities[0].lines[0];
+            assert_eq!((outline.r#type, outline.points.len()), (kind as i32, 6), "{shape:?}");
+            let slot = scenario.formation().slot(3, Point2::origin());
+            assert_eq!((outline.points[2].x, outline.points[2].y), (slot.x, slot.y));
+        }
     }
 
     #[test]
