@@ -4,7 +4,7 @@
 
 use crate::{
     FAILED, WrongUsage,
-    launcher::{Plan, launch, log_in},
+    launcher::{Plan, launch},
     output::tell,
 };
 use anyhow::{Context, bail};
@@ -12,6 +12,7 @@ use ringwing_bench::{
     BenchArgs, BenchError, Carrier, CaseArgs, ExecArgs, FLIGHT_LOG, Measure, MeasureArgs, PeerArgs,
 };
 use ringwing_bus::{NoProbe, die_with};
+use ringwing_recorder::log::run_folder::log_in;
 use std::{collections::BTreeSet, fs, path::Path, process::ExitCode};
 
 /// The arguments of the world's process: its own, and those of a benchmark.

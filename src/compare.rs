@@ -3,11 +3,13 @@
 //! Never judges: the exit code does not depend on what differs.
 
 use crate::{
-    log_argument,
     output::{self, tell, warn_of},
     review::LoggedFlight,
 };
-use ringwing_recorder::{flat::flattened, log::reader::ReadError};
+use ringwing_recorder::{
+    flat::flattened,
+    log::{reader::ReadError, run_folder::named},
+};
 use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -39,7 +41,7 @@ pub(crate) struct CompareLogsArgs {
 
 /// Prints the quantities of both flights and their differences.
 pub(crate) fn run(args: &CompareLogsArgs) -> anyhow::Result<ExitCode> {
-    let [a, b] = [&args.a, &args.b].map(|log| read(&log_argument::named(log)));
+    let [a, b] = [&args.a, &args.b].map(|log| read(&named(log)));
     let rows = compared(&a?, &b?);
     if args.json {
         tell(&format!("{:#}", to_json(&rows)));
@@ -53,7 +55,7 @@ pub(crate) fn run(args: &CompareLogsArgs) -> anyhow::Result<ExitCode> {
 fn read(log: &Path) -> Result<BTreeMap<String, Value>, ReadError> {
     let flight = LoggedFlight::read(log)?;
     warn_of(&flight.path, &flight.notes);
-    warn_of(&flight.path, flight.summary.failures());
+    warn_of(&flight.path, &flight.summary.failures);
     Ok(quantities(&flight))
 }
 

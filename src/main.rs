@@ -9,7 +9,6 @@ mod compare;
 mod completion;
 mod fault_command;
 mod launcher;
-mod log_argument;
 mod log_room;
 mod margin;
 mod output;

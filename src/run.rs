@@ -4,15 +4,18 @@
 
 use crate::{
     WrongUsage,
-    launcher::{LaunchError, Outcome, Plan, launch, log_in},
+    launcher::{LaunchError, Outcome, Plan, launch},
     log_room, output,
     real_time::{Urgency, urgency},
-    simulated,
-    summary::Summary,
+    simulated, summary,
 };
 use ringwing_bench::PlacementArgs;
 use ringwing_bus::write_whole;
 use ringwing_flight::{Part, UavId};
+use ringwing_recorder::{
+    Summary,
+    log::run_folder::{DEFAULT_OUT, log_in},
+};
 use ringwing_scenario::{Fault, Reading, Setting, Source, start};
 use ringwing_study::shell::quoted;
 use std::{
@@ -22,8 +25,6 @@ use std::{
 
 /// The paper's Section 4.2.
 const DEFAULT_SCENARIO: &str = "paper-4.2";
-/// The folder for the folders of runs.
-pub(crate) const DEFAULT_OUT: &str = "runs";
 /// Name of the layout for viewers in a run's folder; the recorder writes it.
 const LAYOUT: &str = "layout.json";
 
@@ -99,20 +100,20 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         output::warning(note);
     }
     let outcome = if args.simulated { simulated::fly(&plan)? } else { launch(&plan)? };
-    let summary = Summary::new(
+    let summary = summary::of_run(
         &plan.scenario,
         &outcome,
         plan.record,
         command(args, plan.scenario.seed, &outcome.added_faults),
     );
-    let text = if args.json { summary.to_json() + "\n" } else { summary.for_terminal() };
+    let text = if args.json { summary.to_json() + "\n" } else { summary::for_terminal(&summary) };
     // Print first: a disk that is full must not take the result.
     output::print(&text);
     if !args.json && plan.record {
         output::print(&next_steps(&outcome.folder));
     }
     write(&outcome, &summary)?;
-    Ok(summary.verdict.exit_code())
+    Ok(summary::exit_code(summary.verdict))
 }
 
 /// A line for each fault that can have no effect, and for each delay that rounding changes.

@@ -67,6 +67,7 @@ const ROOMS: [Room; 12] = [
         uses: &["drawing", "flight", "recorder", "scenario", "simulation"],
         with_io: &[
             "margin/flights.rs",
+            "recorded.rs",
             "sweep/check.rs",
             "sweep/parquet.rs",
             "sweep/results.rs",

@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | [`metrics`] | measures and judges the flight, on plain frames | yes |
 //! | [`schema`] | the topics and messages of the log | yes |
+//! | [`summary`] | a run in numbers, as `summary.json` has it | yes |
 //! | [`show`] | what viewers see: scenes, map, faults, panels | yes |
 //! | [`log`] | the file: writes, takes over, reads, recovers it | no |
 //! | `process` | the process: subscribes, puts ticks together, records | no |
@@ -21,6 +22,7 @@ pub mod metrics;
 mod process;
 pub mod schema;
 pub mod show;
+pub mod summary;
 #[cfg(test)]
 mod testing;
 
@@ -32,3 +34,4 @@ pub use process::{
     recording::{ADDED_FAULTS, RecorderReport, Recording},
     run,
 };
+pub use summary::Summary;

@@ -2,7 +2,8 @@
 //!
 //! `write` writes it, on the `channels` of the schema and the file of `sink`. `takeover` rescues the log of a recorder that
 //! died: `salvage` reads it, `replay` puts its ticks together again, and `copy` moves its records. [`reader`] reads any log
-//! for the tools, `input` opens it, [`recover`] rebuilds a damaged one, and `gap` counts lost ticks.
+//! for the tools, `input` opens it, [`meter`] measures its flight again, [`recover`] rebuilds a damaged one, and `gap` counts
+//! lost ticks. [`run_folder`] says where the logs of runs are.
 //!
 //! Must never contain a wall-clock time, unless the timing of ticks is wanted.
 
@@ -10,9 +11,11 @@ mod channels;
 pub(crate) mod copy;
 pub(crate) mod gap;
 mod input;
+pub mod meter;
 pub mod reader;
 pub mod recover;
 pub(crate) mod replay;
+pub mod run_folder;
 pub(crate) mod salvage;
 mod sink;
 pub(crate) mod takeover;

@@ -28,25 +28,15 @@ use ringwing_bus::{
     write_whole,
 };
 use ringwing_flight::{Part, WorldReport};
-use ringwing_recorder::RecorderReport;
+use ringwing_recorder::{RecorderReport, log::run_folder};
 use ringwing_scenario::{Fault, Scenario};
 use std::{
     collections::BTreeSet,
     fs, io,
-    os::unix::fs::symlink,
-    path::{Path, PathBuf},
+    path::PathBuf,
     time::{Duration, Instant},
 };
 use supervisor::Supervisor;
-
-/// The link beside the folders of runs that leads to the newest one.
-const LATEST: &str = "latest";
-
-/// The log in the `folder` of a run. It is named after the run, because viewers show a file's name and not its folder.
-pub(crate) fn log_in(folder: &Path) -> PathBuf {
-    let run = folder.file_name().unwrap_or_default().to_string_lossy();
-    folder.join(format!("{run}.mcap"))
-}
 
 /// What to launch.
 #[derive(Debug, Clone)]
@@ -150,7 +140,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let resolved = plan.scenario.to_toml();
     let (owner, gate) = DomainOwner::create(&resolved)?;
     demand.set_aside(owner.domain(), journal_depth)?;
-    let folder = make_folder(plan, owner.domain(), &resolved)?;
+    let folder = make_folder(plan, owner.domain())?;
     let node = create_node(owner.domain(), "launcher")?;
     let services = Services::create(&node, owner.domain(), &plan.scenario, journal_depth)?;
     let ports = LauncherPorts::open(node, services)?;
@@ -159,30 +149,14 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
 
 /// Makes `<out>/<name>-<domain>/` with the resolved scenario, and a configuration with which the tool `iox2` finds the
 /// run.
-fn make_folder(plan: &Plan, domain: &Domain, resolved: &str) -> Result<PathBuf, LaunchError> {
-    let folder = plan.out.join(format!("{}-{}", plan.scenario.name, domain.id()));
+fn make_folder(plan: &Plan, domain: &Domain) -> Result<PathBuf, LaunchError> {
+    let unwritable = |(path, source)| LaunchError::Folder { path, source };
+    let folder =
+        run_folder::create(&plan.out, &plan.scenario, &domain.id().to_string()).map_err(unwritable)?;
     let config = folder.join("config");
-    fs::create_dir_all(&config).map_err(|source| LaunchError::Folder { path: folder.clone(), source })?;
-    let write = |path: PathBuf, text: &str| {
-        write_whole(&path, text).map_err(|source| LaunchError::Folder { path, source })
-    };
-    write(folder.join("scenario.toml"), resolved)?;
-    write(config.join("iceoryx2.toml"), &domain.iox2_config())?;
-    link_latest(&folder);
+    fs::create_dir_all(&config).map_err(|error| unwritable((config.clone(), error)))?;
+    let file = config.join("iceoryx2.toml");
+    write_whole(&file, domain.iox2_config()).map_err(|error| unwritable((file, error)))?;
+    run_folder::link_latest(&folder);
     Ok(folder)
-}
-
-/// Lets `latest`, beside the `folder` of a run, lead to it.
-pub(crate) fn link_latest(folder: &Path) {
-    let Some(run) = folder.file_name() else { return };
-    let (link, draft) = (folder.with_file_name(LATEST), folder.join(LATEST));
-    // A file or folder of that name is the user's.
-    if link.symlink_metadata().is_ok_and(|found| !found.is_symlink()) {
-        return;
-    }
-    // Moved into place in one step, because runs may start at the same time. On a file system without links, only a
-    // convenience is lost.
-    if symlink(run, &draft).and_then(|()| fs::rename(&draft, link)).is_err() {
-        let _ = fs::remove_file(draft);
-    }
 }

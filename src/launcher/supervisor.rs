@@ -9,7 +9,6 @@ use super::{
     inbox::{Inbox, Notice, ProcessChange, Reply},
     janitor::Janitor,
     lifecycle::{Attendant, Effect, Input, RunStage, SupervisionLimits},
-    log_in,
     ports::LauncherPorts,
     process_table::ProcessTable,
     progress::Progress,
@@ -19,6 +18,7 @@ use ringwing_bus::{
     AwakeClock, Domain, Gate, Patience, Shortage, Stamps, domain::Reserve, is_running, report,
 };
 use ringwing_flight::{Event, EventMessage, Pace, Part, ProcessEnd, Tick, TimedEvent, WorldReport};
+use ringwing_recorder::log::run_folder::log_in;
 use ringwing_scenario::Scenario;
 use signal_hook::consts::SIGBUS;
 use std::{

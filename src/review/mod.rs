@@ -12,12 +12,15 @@ mod table;
 pub(crate) use flight::LoggedFlight;
 
 use crate::{
-    log_argument::{self, LOG_HELP},
     output::{tell, warn_of},
-    summary::Verdict,
+    summary,
 };
 use figures::FlightFigure;
 use ringwing_bus::write_whole;
+use ringwing_recorder::{
+    log::run_folder::{LOG_HELP, named},
+    metrics::Verdict,
+};
 use std::{
     fs, iter,
     path::{Path, PathBuf},
@@ -43,11 +46,11 @@ pub(crate) struct ReviewArgs {
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
     let flights = iter::once(&args.log)
         .chain(&args.other)
-        .map(|log| LoggedFlight::read(&log_argument::named(log)))
+        .map(|log| LoggedFlight::read(&named(log)))
         .collect::<Result<Vec<_>, _>>()?;
     for flight in &flights {
         warn_of(&flight.path, &flight.notes);
-        let text = if args.json { flight.summary.to_json() } else { flight.summary.for_terminal() };
+        let text = if args.json { flight.summary.to_json() } else { summary::for_terminal(&flight.summary) };
         tell(text.trim_end());
     }
     let first = flights.first().map(|flight| flight.path.clone()).unwrap_or_default();
@@ -60,7 +63,7 @@ pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
         }
     }
     let worst = flights.iter().map(|flight| flight.summary.verdict).max().unwrap_or(Verdict::Failed);
-    Ok(worst.exit_code())
+    Ok(summary::exit_code(worst))
 }
 
 fn draw(flights: &[LoggedFlight], folder: &Path) -> anyhow::Result<()> {

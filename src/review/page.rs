@@ -6,6 +6,7 @@ use super::{
     figures::FlightFigure,
     flight::{LoggedFlight, ShownEvent},
 };
+use crate::summary::SummaryText;
 use ringwing_drawing::html::{self, PageFigure, escaped};
 use serde_json::Value;
 use std::fmt::Write;
@@ -51,7 +52,7 @@ pub(super) fn page(flights: &[(String, &LoggedFlight)], figures: &[FlightFigure]
             body,
             "<details><summary>{}: the whole summary</summary><pre>{}</pre></details>",
             escaped(title),
-            escaped(&flight.summary.to_string())
+            escaped(&SummaryText(&flight.summary).to_string())
         );
         push_events(&mut body, &flight.events);
     }

@@ -1,5 +1,6 @@
 use super::*;
-use ringwing_recorder::RecorderReport;
+use ringwing_flight::WorldReport;
+use ringwing_recorder::{RecorderReport, metrics::FlightSummary};
 use std::{path::PathBuf, time::Duration};
 
 fn outcome(ticks: i64, flight_time: Duration, flight: FlightSummary) -> Outcome {
@@ -28,7 +29,7 @@ fn outcome(ticks: i64, flight_time: Duration, flight: FlightSummary) -> Outcome 
 }
 
 fn summary(scenario: &Scenario, outcome: &Outcome) -> Summary {
-    Summary::new(scenario, outcome, false, "ringwing run".into())
+    of_run(scenario, outcome, false, "ringwing run".into())
 }
 
 fn flown() -> FlightSummary {
@@ -61,13 +62,15 @@ fn a_flight_that_nobody_measured_does_not_pass() {
     let summary =
         summary(&Scenario::default(), &outcome(1000, Duration::from_secs(1), FlightSummary::default()));
     assert_eq!(summary.verdict, Verdict::Violated);
-    assert!(summary.to_string().contains("no tick of the flight was measured"), "{summary}");
+    let text = SummaryText(&summary).to_string();
+    assert!(text.contains("no tick of the flight was measured"), "{text}");
 }
 
 #[test]
 fn a_formation_that_was_not_seen_to_settle_says_so() {
     let scenario = Scenario::default();
-    let text = |flight| summary(&scenario, &outcome(1000, Duration::from_secs(1), flight)).to_string();
+    let text =
+        |flight| SummaryText(&summary(&scenario, &outcome(1000, Duration::from_secs(1), flight))).to_string();
     let unfinished = text(FlightSummary { whole_since_s: Some(7.0), ..flown() });
     let line = unfinished.lines().find(|line| line.contains("settled within")).unwrap().to_owned();
     assert!(line.contains("not seen to the end") && line.contains("since 7.00 s"), "{line}");

@@ -3,14 +3,16 @@
 //! Never computes a value; each is in the summary already.
 
 use super::{
-    Summary, Verdict,
     disturbances::{write_chance, write_losses, write_recoveries},
     faults::effect_lines,
     line::{NOT_SEEN, is_narrow, line, paragraph},
 };
 use crate::output;
 use ringwing_flight::{Latency, counted};
-use ringwing_recorder::metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary, UavSummary};
+use ringwing_recorder::{
+    Summary,
+    metrics::{ClosestPair, FlightSummary, LinkTotals, ObstacleSummary, UavSummary, Verdict},
+};
 use ringwing_scenario::ShapeName;
 use std::{fmt, io};
 
@@ -20,21 +22,24 @@ const LISTED_UAVS: usize = 12;
 /// long for a terminal.
 const LISTED_REPELLED: usize = 6;
 
-/// `{:#}` is coloured, and `{:80}` fits a terminal of 80 columns.
-impl fmt::Display for Summary {
+/// A summary as text: `{:#}` is coloured, and `{:80}` fits a terminal of 80 columns.
+pub(crate) struct SummaryText<'a>(pub(crate) &'a Summary);
+
+impl fmt::Display for SummaryText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mode = if self.real_time { "real time" } else { "lockstep" };
-        let Self { scenario, uavs, rate_hz, seed, .. } = self;
-        let (mut swarm, law) = (counted(*uavs, "UAV"), self.law.name());
-        if self.shape != ShapeName::Ring {
-            swarm = format!("{swarm}, {}", self.shape.name());
+        let summary = self.0;
+        let mode = if summary.real_time { "real time" } else { "lockstep" };
+        let Summary { scenario, uavs, rate_hz, seed, .. } = summary;
+        let (mut swarm, law) = (counted(*uavs, "UAV"), summary.law.name());
+        if summary.shape != ShapeName::Ring {
+            swarm = format!("{swarm}, {}", summary.shape.name());
         }
         paragraph(f, "", &format!("{scenario}: {swarm}, {law} law, {rate_hz} Hz, {mode}, seed {seed}"))?;
         writeln!(f)?;
-        if let Some(flight) = &self.flight {
+        if let Some(flight) = &summary.flight {
             write_uavs(f, flight)?;
             write_commanded(f, flight, *uavs)?;
-            write_formation(f, flight, self.shape)?;
+            write_formation(f, flight, summary.shape)?;
             flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
             for [label, value, remark] in effect_lines(&flight.fault_effects) {
                 line(f, &label, &value, &remark)?;
@@ -46,8 +51,8 @@ impl fmt::Display for Summary {
             write_links(f, flight)?;
             write_lost_ticks(f, flight)?;
         }
-        self.write_world(f)?;
-        self.write_verdict(f)
+        write_world(f, summary)?;
+        write_verdict(f, summary)
     }
 }
 
@@ -187,59 +192,58 @@ fn write_lost_ticks(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::
     }
 }
 
-impl Summary {
-    /// The text for standard output: as wide as its terminal, and with the colours that it shows.
-    pub(crate) fn for_terminal(&self) -> String {
-        let (columns, out) = (output::columns(&io::stdout()), io::stdout());
-        if output::is_coloured(&out) { format!("{self:#columns$}") } else { format!("{self:columns$}") }
-    }
+/// The text for standard output: as wide as its terminal, and with the colours that it shows.
+pub(crate) fn for_terminal(summary: &Summary) -> String {
+    let (columns, out, text) = (output::columns(&io::stdout()), io::stdout(), SummaryText(summary));
+    if output::is_coloured(&out) { format!("{text:#columns$}") } else { format!("{text:columns$}") }
+}
 
-    fn write_world(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        line(f, "collisions", &self.collisions.map_or_else(|| "-".into(), |count| count.to_string()), "")?;
-        if let Some(Latency { p50_us, p99_us, max_us }) = self.latency {
-            let tail = format!("p99 {p99_us:.0} us, max {max_us:.0} us");
-            line(f, "latency of a tick, all answers", &format!("p50 {p50_us:.0} us"), &tail)?;
-        }
-        // In lockstep there are no deadlines.
-        if let (true, Some(missed), Some(late_us)) = (self.real_time, self.missed_deadlines, self.late_max_us)
-        {
-            let reused = self.reused_commands.unwrap_or_default();
-            let reused = counted(reused, "command");
-            let remark = format!("latest {late_us:.0} us, {reused} used again");
-            line(f, "missed deadlines", &missed.to_string(), &remark)?;
-        }
-        self.write_pace(f)
+fn write_world(f: &mut fmt::Formatter<'_>, summary: &Summary) -> fmt::Result {
+    line(f, "collisions", &summary.collisions.map_or_else(|| "-".into(), |count| count.to_string()), "")?;
+    if let Some(Latency { p50_us, p99_us, max_us }) = summary.latency {
+        let tail = format!("p99 {p99_us:.0} us, max {max_us:.0} us");
+        line(f, "latency of a tick, all answers", &format!("p50 {p50_us:.0} us"), &tail)?;
     }
+    // In lockstep there are no deadlines.
+    if let (true, Some(missed), Some(late_us)) =
+        (summary.real_time, summary.missed_deadlines, summary.late_max_us)
+    {
+        let reused = summary.reused_commands.unwrap_or_default();
+        let reused = counted(reused, "command");
+        let remark = format!("latest {late_us:.0} us, {reused} used again");
+        line(f, "missed deadlines", &missed.to_string(), &remark)?;
+    }
+    write_pace(f, summary)
+}
 
-    fn write_pace(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // A log does not hold the wall-clock times of its run.
-        let (Some(wall), Some(start)) = (self.wall_s, self.start_s) else { return Ok(()) };
-        let factor = self.real_time_factor.map_or_else(|| "-".into(), |factor| format!("{factor:.0}x"));
-        let remark = format!("{:.1} s in {wall:.2} s, after a start of {start:.2} s", self.simulated_s);
-        line(f, "real-time factor", &factor, &remark)
-    }
+fn write_pace(f: &mut fmt::Formatter<'_>, summary: &Summary) -> fmt::Result {
+    // A log does not hold the wall-clock times of its run.
+    let (Some(wall), Some(start)) = (summary.wall_s, summary.start_s) else { return Ok(()) };
+    let factor = summary.real_time_factor.map_or_else(|| "-".into(), |factor| format!("{factor:.0}x"));
+    let remark = format!("{:.1} s in {wall:.2} s, after a start of {start:.2} s", summary.simulated_s);
+    line(f, "real-time factor", &factor, &remark)
+}
 
-    fn write_verdict(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (verdict, style) = match self.verdict {
-            Verdict::Passed => ("passed", output::GOOD),
-            Verdict::Violated => ("VIOLATED", output::BAD),
-            Verdict::Failed => ("FAILED", output::BAD),
-        };
-        writeln!(f, "\n  verdict  {}", output::painted(style, verdict, f.alternate()))?;
-        for reason in self.failures.iter().chain(&self.violations) {
-            paragraph(f, "           ", reason)?;
-        }
-        if let Some(flight) = &self.flight {
-            write_chance(f, flight)?;
-        }
-        // The rest is for copying, so its lines are never broken.
-        if let Some(log) = &self.log {
-            let messages = self
-                .log_messages
-                .map_or_else(String::new, |count| format!(" ({})", counted(count, "message")));
-            writeln!(f, "  log      {log}{messages}")?;
-        }
-        writeln!(f, "  payload  {}", self.payload_hash.as_deref().unwrap_or("-"))?;
-        writeln!(f, "  repeat   {}", self.command)
+fn write_verdict(f: &mut fmt::Formatter<'_>, summary: &Summary) -> fmt::Result {
+    let (verdict, style) = match summary.verdict {
+        Verdict::Passed => ("passed", output::GOOD),
+        Verdict::Violated => ("VIOLATED", output::BAD),
+        Verdict::Failed => ("FAILED", output::BAD),
+    };
+    writeln!(f, "\n  verdict  {}", output::painted(style, verdict, f.alternate()))?;
+    for reason in summary.failures.iter().chain(&summary.violations) {
+        paragraph(f, "           ", reason)?;
     }
+    if let Some(flight) = &summary.flight {
+        write_chance(f, flight)?;
+    }
+    // The rest is for copying, so its lines are never broken.
+    if let Some(log) = &summary.log {
+        let messages = summary
+            .log_messages
+            .map_or_else(String::new, |count| format!(" ({})", counted(count, "message")));
+        writeln!(f, "  log      {log}{messages}")?;
+    }
+    writeln!(f, "  payload  {}", summary.payload_hash.as_deref().unwrap_or("-"))?;
+    writeln!(f, "  repeat   {}", summary.command)
 }

@@ -2,11 +2,9 @@
 
 use super::SweepVerb;
 use crate::WrongUsage;
-use ringwing_scenario::{Setting, Source};
-use ringwing_study::sweep::{
-    Columns, Combination, Definition, Draft, Given, Sampling, Shard, SweepProblem, is_sweep, preset,
-};
-use std::{fs, num::NonZero, path::PathBuf};
+use ringwing_scenario::Setting;
+use ringwing_study::sweep::{Columns, Combination, Definition, Draft, Given, Sampling, Shard, SweepProblem};
+use std::{num::NonZero, path::PathBuf};
 
 /// What to fly, and how.
 #[derive(Debug, clap::Args)]
@@ -80,7 +78,7 @@ pub(crate) struct SweepArgs {
 impl SweepArgs {
     /// The sweep.
     pub(super) fn definition(&self) -> anyhow::Result<Definition> {
-        let mut draft = self.base()?;
+        let mut draft = Draft::named(&self.sweep).map_err(|problems| refused(&problems))?;
         self.add_to(&mut draft).map_err(WrongUsage)?;
         let sweep = draft.finish().map_err(|problems| refused(&problems))?;
         if let Some(axis) = Columns::of(&sweep).ambiguous() {
@@ -92,37 +90,16 @@ impl SweepArgs {
         Ok(sweep)
     }
 
-    /// The built-in sweep, the file, or the scenario that the arguments begin with.
-    fn base(&self) -> anyhow::Result<Draft> {
-        let name = self.sweep.as_str();
-        if let Some(preset) = preset::named(name) {
-            return Draft::parse(name, preset.text).map_err(|problems| refused(&problems));
-        }
-        // A sweep and a scenario are both files of TOML, and only a sweep names a scenario or axes.
-        match fs::read_to_string(name) {
-            Ok(text) if is_sweep(&text) => Draft::parse(name, &text).map_err(|problems| refused(&problems)),
-            _ => {
-                Source::find(name)?;
-                Ok(Draft { scenario: Some(name.to_owned()), place: name.to_owned(), ..Draft::default() })
-            }
-        }
-    }
-
     /// Adds what the command line asks for. An axis or a key of the file gives way to one of the same name.
     fn add_to(&self, draft: &mut Draft) -> Result<(), String> {
         for text in &self.axes {
             let (name, values) = text.split_once('=').map(|(name, values)| (name.trim(), values.trim())).ok_or_else(|| {
                 format!("--axis {text:?}: give a name and values, such as --axis \"control.law=paper, resilient\"")
             })?;
-            let given = Given::new(name, values, &format!("--axis {name:?}"));
-            match draft.axes.iter_mut().find(|axis| axis.name == name) {
-                Some(axis) => *axis = given,
-                None => draft.axes.push(given),
-            }
+            draft.add_axis(Given::new(name, values, &format!("--axis {name:?}")));
         }
         for setting in &self.settings {
-            draft.set.retain(|given| given.name != setting.key);
-            draft.set.push(Given::new(&setting.key, &setting.value, "--set"));
+            draft.set(Given::new(&setting.key, &setting.value, "--set"));
         }
         draft.faults.extend(self.faults.iter().map(|text| Given::new("", text, "--fault")));
         let combination = |text: &String| match text.as_str() {

@@ -83,11 +83,11 @@ fn tick_of(messages: &mut Peekable<impl Iterator<Item = LogMessage>>) -> Option<
 mod tests {
     use super::*;
     use ringwing_recorder::log::reader::Topic;
-    use std::rc::Rc;
+    use std::sync::Arc;
 
     fn message(tick: i64, topic: &str, data: u8) -> LogMessage {
         let topic = Topic { name: topic.into(), schema: None };
-        LogMessage { topic: Rc::new(topic), tick: Some(tick), log_time: 0, data: vec![data] }
+        LogMessage { topic: Arc::new(topic), tick: Some(tick), log_time: 0, data: vec![data] }
     }
 
     #[test]

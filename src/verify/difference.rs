@@ -107,15 +107,15 @@ fn shown(value: &Value) -> String {
 mod tests {
     use super::*;
     use ringwing_recorder::{log::reader::Topic, schema::UavState};
-    use std::rc::Rc;
+    use std::sync::Arc;
 
     fn message(tick: i64, x_m: f64) -> LogMessage {
         let schema = <UavState as foxglove::Encode>::get_schema().unwrap();
         let schema = TopicSchema { name: schema.name, encoding: schema.encoding, data: schema.data.to_vec() };
-        let topic = Topic { name: "/uav/003/state".into(), schema: Some(Rc::new(schema)) };
+        let topic = Topic { name: "/uav/003/state".into(), schema: Some(Arc::new(schema)) };
         let state = UavState { tick, uav: 3, x_m, ..UavState::default() };
         LogMessage {
-            topic: Rc::new(topic),
+            topic: Arc::new(topic),
             tick: Some(tick),
             log_time: 0,
             data: prost::Message::encode_to_vec(&state),

@@ -9,7 +9,6 @@ mod requests;
 use crate::{
     VIOLATED,
     launcher::{Plan, launch},
-    log_argument::{self, LOG_HELP},
     output::{tell, warn_of},
     simulated,
 };
@@ -21,7 +20,10 @@ use ringwing_bus::Placement;
 use ringwing_flight::{Part, TimedEvent, counted};
 use ringwing_recorder::{
     ADDED_FAULTS,
-    log::reader::{Reader, Shortfalls},
+    log::{
+        reader::{Reader, Shortfalls},
+        run_folder::{LOG_HELP, named},
+    },
 };
 use ringwing_scenario::{Fault, Scenario, fault::schedule::ScheduledAction};
 use std::{
@@ -43,7 +45,7 @@ pub(crate) struct VerifyArgs {
 
 /// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
 pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
-    let mut reader = Reader::open(&log_argument::named(&args.log))?;
+    let mut reader = Reader::open(&named(&args.log))?;
     let Repeatable { scenario, with_requests } = repeatable(&mut reader)?;
     let folder = tempfile::tempdir()?;
     let plan = Plan {

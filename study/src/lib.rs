@@ -1,13 +1,14 @@
 //! Many simulated flights, and what they say about a swarm.
 //!
 //! [`flight`] flies one scenario and returns its [`Outcome`]; [`figure`] names every number of it. Everything else here
-//! is built on these two.
+//! is built on these two, apart from [`recorded`], which writes the log of one flight.
 //!
 //! Never changes a flight: a flight depends only on its scenario, so the order and the number of flights decide nothing.
 
 pub mod figure;
 pub mod flight;
 pub mod margin;
+pub mod recorded;
 pub mod shell;
 pub mod shrink;
 pub mod statistics;

@@ -32,7 +32,7 @@ use std::{
     fs::File,
     io::{BufReader, Read, Seek},
     path::{Path, PathBuf},
-    rc::Rc,
+    sync::Arc,
 };
 use survey::Survey;
 use topics::Topics;
@@ -41,7 +41,7 @@ use topics::Topics;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogMessage {
     /// The topic it was written to.
-    pub topic: Rc<Topic>,
+    pub topic: Arc<Topic>,
     /// The tick of its log time; `None` if the time is not that of a tick, or if the log has no scenario.
     ///
     /// Programs that rewrite logs keep the times, but not always the sequence numbers.
@@ -179,7 +179,7 @@ impl<R: Read + Seek> Reader<R> {
 }
 
 impl<R: Read + Seek> Iterator for Messages<R> {
-    type Item = (Rc<Topic>, MessageHeader, Vec<u8>);
+    type Item = (Arc<Topic>, MessageHeader, Vec<u8>);
 
     fn next(&mut self) -> Option<Self::Item> {
         let (salvage, topics) = match self {
@@ -192,7 +192,7 @@ impl<R: Read + Seek> Iterator for Messages<R> {
                 && let Some(topic) = topics.of(header.channel_id)
             {
                 // A topic with its schema is larger than most messages, so messages share it.
-                return Some((Rc::clone(topic), header, data.into_owned()));
+                return Some((Arc::clone(topic), header, data.into_owned()));
             }
         }
     }

@@ -7,15 +7,15 @@ use super::{ChanceEvent, FlightSummary, UnplannedLoss, fault_effects};
 use ringwing_scenario::{RequirementsSection, Scenario};
 use serde::{Deserialize, Serialize};
 
-/// The verdict on a flight.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+/// The verdict on a flight, from the best to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
     /// It flew to its end and met its requirements.
     Passed,
     /// It flew to its end, but violated a requirement.
     Violated,
-    /// It did not fly to its end.
+    /// It did not fly to its end, or something went wrong that no requirement covers.
     Failed,
 }
 

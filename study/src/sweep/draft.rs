@@ -101,6 +101,20 @@ impl Given {
 }
 
 impl Draft {
+    /// Sets a key of the scenario in every cell, in place of what was given for it before.
+    pub fn set(&mut self, given: Given) {
+        self.set.retain(|other| other.name != given.name);
+        self.set.push(given);
+    }
+
+    /// Adds an axis, in place of one of the same name.
+    pub fn add_axis(&mut self, given: Given) {
+        match self.axes.iter_mut().find(|axis| axis.name == given.name) {
+            Some(axis) => *axis = given,
+            None => self.axes.push(given),
+        }
+    }
+
     /// The whole sweep.
     ///
     /// # Errors

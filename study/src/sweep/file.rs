@@ -5,7 +5,9 @@
 use super::{
     definition::SweepProblem,
     draft::{Draft, Given, Text},
+    preset,
 };
+use ringwing_scenario::Source;
 use std::{borrow::Cow, ops::Range};
 use toml::{
     Spanned,
@@ -17,12 +19,28 @@ const KEYS: &str = "name, description, scenario, set, faults, axes, combination,
                     first_seed, precision, seeds_max";
 
 /// Whether `text` is a sweep and not a scenario, by the keys that only a sweep has.
-pub fn is_sweep(text: &str) -> bool {
+fn is_sweep(text: &str) -> bool {
     let (table, _) = DeTable::parse_recoverable(text);
     ["scenario", "axes"].iter().any(|key| table.get_ref().contains_key(*key))
 }
 
 impl Draft {
+    /// What `name` begins: a built-in sweep, a sweep file, or a scenario to which axes are added.
+    ///
+    /// # Errors
+    /// There is nothing of this name, or every mistake in the file.
+    pub fn named(name: &str) -> Result<Self, Vec<SweepProblem>> {
+        if let Some(preset) = preset::named(name) {
+            return Self::parse(name, preset.text);
+        }
+        let source = Source::find(name).map_err(|error| vec![error.into()])?;
+        // A sweep and a scenario are both files of TOML, and only a sweep names a scenario or axes.
+        if is_sweep(&source.text) {
+            return Self::parse(name, &source.text);
+        }
+        Ok(Self { scenario: Some(name.to_owned()), place: name.to_owned(), ..Self::default() })
+    }
+
     /// Reads the sweep file `text`; `place` is its path, for messages.
     ///
     /// # Errors

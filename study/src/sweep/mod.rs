@@ -30,7 +30,6 @@ pub use compare::{Difference, Side, compare};
 pub use definition::{Definition, Manifest, Seeds, SweepProblem};
 pub use design::{Axis, Combination, Design, Sampling};
 pub use draft::{Draft, Given, Text};
-pub use file::is_sweep;
 pub use ledger::{FlightId, Ledger, Next};
 pub use maps::{Map, draw_maps};
 pub use page::{command, page};

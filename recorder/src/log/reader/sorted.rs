@@ -9,7 +9,7 @@ use std::{
     fs::File,
     io::{self, BufWriter, Read, Seek, Write},
     os::unix::fs::FileExt,
-    rc::Rc,
+    sync::Arc,
 };
 
 /// The messages of a log, sorted by log time. Those of one time keep the order of the file.
@@ -24,7 +24,7 @@ pub(super) struct SortedMessages {
 /// A message whose data are in the file.
 #[derive(Debug)]
 struct MessagePlace {
-    topic: Rc<Topic>,
+    topic: Arc<Topic>,
     header: MessageHeader,
     offset: u64,
     bytes: usize,
@@ -39,7 +39,7 @@ impl SortedMessages {
             let Some(Record::Message { header, data }) = topics.take(record) else { continue };
             let Some(topic) = topics.of(header.channel_id) else { continue };
             file.write_all(&data)?;
-            places.push(MessagePlace { topic: Rc::clone(topic), header, offset, bytes: data.len() });
+            places.push(MessagePlace { topic: Arc::clone(topic), header, offset, bytes: data.len() });
             offset += data.len() as u64;
         }
         // A stable sort: the events of one tick stay in their order.
@@ -54,7 +54,7 @@ impl SortedMessages {
 }
 
 impl Iterator for SortedMessages {
-    type Item = (Rc<Topic>, MessageHeader, Vec<u8>);
+    type Item = (Arc<Topic>, MessageHeader, Vec<u8>);
 
     fn next(&mut self) -> Option<Self::Item> {
         let place = self.places.get(self.next)?;
@@ -64,6 +64,6 @@ impl Iterator for SortedMessages {
         if self.data.read_exact_at(&mut data, place.offset).is_err() {
             data.clear();
         }
-        Some((Rc::clone(&place.topic), place.header, data))
+        Some((Arc::clone(&place.topic), place.header, data))
     }
 }
