@@ -3,13 +3,11 @@
 //! Never judges: the exit code does not depend on what differs.
 
 use crate::{
+    config,
     output::{self, tell, warn_of},
     review::LoggedFlight,
 };
-use ringwing_recorder::{
-    flat::flattened,
-    log::{reader::ReadError, run_folder::named},
-};
+use ringwing_recorder::{flat::flattened, log::reader::ReadError};
 use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -41,7 +39,7 @@ pub(crate) struct CompareLogsArgs {
 
 /// Prints the quantities of both flights and their differences.
 pub(crate) fn run(args: &CompareLogsArgs) -> anyhow::Result<ExitCode> {
-    let [a, b] = [&args.a, &args.b].map(|log| read(&named(log)));
+    let [a, b] = [&args.a, &args.b].map(|log| read(&config::log(log)));
     let rows = compared(&a?, &b?);
     if args.json {
         tell(&format!("{:#}", to_json(&rows)));

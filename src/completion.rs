@@ -15,14 +15,19 @@ use std::{ffi::OsStr, path::Path, process::ExitCode};
 
 /// Prints the completion script of a shell. The script asks this command, which knows the live runs.
 pub(crate) fn run(shell: Shell) -> anyhow::Result<ExitCode> {
+    tell(String::from_utf8_lossy(&script(shell)?).trim_end());
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The script with which a shell asks this command for completions.
+pub(crate) fn script(shell: Shell) -> anyhow::Result<Vec<u8>> {
     let shells = Shells::builtins();
     let name = shell.to_string();
     let completer =
         shells.completer(&name).ok_or_else(|| WrongUsage(format!("there is no completion for {name}")))?;
     let mut script = Vec::new();
     completer.write_registration("COMPLETE", "ringwing", "ringwing", "ringwing", &mut script)?;
-    tell(String::from_utf8_lossy(&script).trim_end());
-    Ok(ExitCode::SUCCESS)
+    Ok(script)
 }
 
 /// `command` with a completer for each argument of each verb that takes one.

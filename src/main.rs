@@ -7,11 +7,15 @@ mod bench;
 mod clean;
 mod compare;
 mod completion;
+mod config;
+mod doctor;
 mod fault_command;
+mod help;
 mod launcher;
 mod log_room;
 mod margin;
 mod output;
+mod package_files;
 mod real_time;
 mod recover_command;
 mod review;
@@ -23,7 +27,7 @@ mod summary;
 mod sweep;
 mod verify;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::{CompleteEnv, Shell};
 use ringwing_flight::counted;
 use std::{io, process::ExitCode};
@@ -34,8 +38,8 @@ use std::{io, process::ExitCode};
 #[derive(Debug, Parser)]
 #[command(
     name = "ringwing",
-    version,
-    max_term_width = 110,
+    version = VERSION,
+    max_term_width = help::COLUMNS_MAX,
     subcommand_negates_reqs = true,
     after_help = EXIT_CODES
 )]
@@ -72,6 +76,10 @@ enum Verb {
     /// List, show or check scenarios
     #[command(subcommand)]
     Scenario(scenario_command::ScenarioVerb),
+    /// Check whether this machine is fit to fly
+    Doctor(doctor::DoctorArgs),
+    /// Show your own defaults, and the files that set them
+    Config,
     /// Remove what killed runs and benchmarks left behind
     Clean,
     /// Print a script that completes this command in a shell; source it
@@ -88,6 +96,9 @@ enum Verb {
     /// (process) Fly the virtual leader of a run
     #[command(display_order = 102)]
     Leader(ringwing_leader::LeaderArgs),
+    /// Write the man pages and completions that a package installs
+    #[command(hide = true)]
+    PackageFiles(package_files::PackageFilesArgs),
     /// (process) Measure one case of a benchmark
     #[command(hide = true)]
     BenchCase(Box<ringwing_bench::CaseArgs>),
@@ -102,6 +113,9 @@ enum Verb {
     Recorder(ringwing_recorder::RecorderArgs),
 }
 
+/// The version, the commit that was built, and the machine that it was built for.
+const VERSION: &str =
+    concat!(env!("CARGO_PKG_VERSION"), " (", env!("RINGWING_COMMIT"), ", ", env!("RINGWING_TARGET"), ")");
 /// What the exit codes below mean, for the help.
 const EXIT_CODES: &str = "Exit codes: 0 done or passed; 1 failed; 2 wrong usage or an invalid scenario; 3 a requirement is \
                           violated, or a repeated flight differs; 141 the reader of the output hung up";
@@ -122,10 +136,15 @@ struct WrongUsage(String);
 fn main() -> ExitCode {
     let code = match answer_shell() {
         Ok(true) => ExitCode::SUCCESS,
-        Ok(false) => Cli::try_parse().map_or_else(|answer| refuse_or_help(&answer), start),
+        Ok(false) => parse().map_or_else(|answer| refuse_or_help(&answer), start),
         Err(refusal) => refuse_or_help(&refusal),
     };
     output::exit_code(code)
+}
+
+/// The command line.
+fn parse() -> clap::error::Result<Cli> {
+    Cli::from_arg_matches(&help::dressed(Cli::command()).try_get_matches()?)
 }
 
 /// Prints completions if a shell asks for them, and returns whether it does.
@@ -156,6 +175,10 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
     if lock_memory && let Err(error) = real_time::lock_memory() {
         output::warning(&format!("memory cannot be locked: {error}"));
     }
+    // Before the verb begins, because a mistake in them must not end it half-way.
+    if let Err(error) = config::load() {
+        return report("", &error);
+    }
     // Let clap parse the default verb too, so that the defaults of `run` are written down only once.
     let verb = command.or_else(|| Cli::parse_from(["ringwing", "run"]).command);
     let Some(verb) = verb else { unreachable!("`ringwing run` is a subcommand") };
@@ -175,7 +198,10 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Margin(args) => ("", margin::run(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
+        Verb::Doctor(args) => ("", doctor::run(&args)),
+        Verb::Config => ("", config::run()),
         Verb::Clean => ("", clean::run()),
+        Verb::PackageFiles(args) => ("", package_files::run(&args)),
         Verb::Agent(args) => ("agent: ", finished(ringwing_agent::run(&args))),
         Verb::World(args) => ("world: ", bench::run_world(&args)),
         Verb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),

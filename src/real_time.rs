@@ -64,7 +64,7 @@ fn permitted(asked: Placement, refused: Option<&PlacementError>, may_lock_memory
 /// Whether processes may lock as much memory as they map.
 ///
 /// A limit that suffices now would make a later mapping fail, and with it the process.
-fn may_lock_memory() -> bool {
+pub(crate) fn may_lock_memory() -> bool {
     let is_privileged = capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
     is_privileged || getrlimit(Resource::Memlock).current.is_none()
 }

@@ -2,11 +2,10 @@
 //!
 //! Never changes the damaged log, and never overwrites a file.
 
-use crate::{FAILED, WrongUsage, output::tell};
+use crate::{FAILED, WrongUsage, config, output::tell};
 use ringwing_recorder::log::{
     reader::{STANDARD_INPUT, locate},
     recover::{RecoveredLog, recover},
-    run_folder::named,
 };
 use std::{
     path::{Path, PathBuf},
@@ -28,7 +27,7 @@ pub(crate) struct RecoverArgs {
 
 /// Rebuilds the log and prints what was kept and what was lost; the exit code is 1 if anything was lost.
 pub(crate) fn run(args: &RecoverArgs) -> anyhow::Result<ExitCode> {
-    let log = locate(&named(&args.log))?;
+    let log = locate(&config::log(&args.log))?;
     let out = args.out.clone().map_or_else(|| default_output(&log), Ok)?;
     let recovered = recover(&log, &out)?;
     tell(&format!("{}: {}", out.display(), kept(&recovered)));

@@ -3,7 +3,7 @@
 //! Never flies anything itself; it makes the launcher's plan from the arguments.
 
 use crate::{
-    WrongUsage,
+    WrongUsage, config,
     launcher::{LaunchError, Outcome, Plan, launch},
     log_room, output,
     real_time::{Urgency, urgency},
@@ -45,7 +45,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
     /// Control law: `paper` as written, or `resilient`, which copes with losses and delays
-    #[arg(long, value_parser = ["paper", "resilient"])]
+    #[arg(long, value_parser = config::LAWS)]
     law: Option<String>,
     /// Number of UAVs; all start at random places unless the scenario lists this many starts
     #[arg(long, value_name = "NUMBER")]
@@ -59,9 +59,9 @@ pub(crate) struct RunArgs {
     /// Fly in one process, without shared memory: the same flight to the bit, several times faster
     #[arg(long, conflicts_with_all = ["real_time", "by_hand", "pin", "priority"])]
     simulated: bool,
-    /// Folder in which the run creates its own folder
-    #[arg(long, value_name = "FOLDER", default_value = DEFAULT_OUT)]
-    out: PathBuf,
+    /// Folder in which the run creates its own folder [default: runs]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
     /// Write no log; the flight is still measured
     #[arg(long)]
     no_record: bool,
@@ -136,15 +136,16 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         )
         .into());
     }
-    check_out(&args.out)?;
+    let out = config::out(args.out.as_deref());
+    check_out(&out)?;
     check_by_hand(&args.by_hand, scenario.formation.uavs)?;
     let urgency = urgency(args.placement.placement(), &scenario)?;
     let Urgency { placement, lock_memory, .. } = urgency;
     notes.extend(urgency.notes);
-    notes.extend(log_room::warning(&scenario, &args.out).filter(|_| !args.no_record));
+    notes.extend(log_room::warning(&scenario, &out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
-        out: args.out.clone(),
+        out,
         record: !args.no_record,
         timing: !args.no_timing,
         by_hand: args.by_hand.iter().copied().collect(),
@@ -180,12 +181,19 @@ fn check_by_hand(parts: &[Part], uavs: u32) -> Result<(), WrongUsage> {
 fn settings(args: &RunArgs) -> Vec<Setting> {
     let mut settings = args.settings.clone();
     settings.extend(args.seed.map(|seed| Setting::of_flag("--seed", "seed", seed)));
-    settings.extend(args.law.iter().map(|law| Setting::of_flag("--law", "control.law", law)));
+    settings.extend(law(args).map(|law| Setting::of_flag("--law", "control.law", law)));
     settings.extend(args.uavs.map(|uavs| Setting::of_flag("--uavs", "formation.uavs", uavs)));
     settings
         .extend(args.duration.map(|s| Setting::of_flag("--duration", "time.duration_s", format!("{s:?}"))));
     settings.extend(args.real_time.then(|| Setting::of_flag("--real-time", "time.real_time", true)));
     settings
+}
+
+/// The law that replaces that of the scenario: as the flag says, or else the user's default, unless a `--set` names one.
+fn law(args: &RunArgs) -> Option<String> {
+    // A key may be shortened to its end.
+    let is_set = || args.settings.iter().any(|setting| matches!(setting.key.as_str(), "control.law" | "law"));
+    args.law.clone().or_else(|| config::law().filter(|_| !is_set()))
 }
 
 /// How to look further into a flight that was logged.
@@ -221,11 +229,12 @@ fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     }
     words.extend(args.faults.iter().chain(added).flat_map(|fault| ["--fault".into(), fault.to_string()]));
     words.extend(["--seed".into(), seed.to_string()]);
-    words.extend(args.law.iter().flat_map(|law| ["--law".into(), law.clone()]));
+    words.extend(law(args).into_iter().flat_map(|law| ["--law".into(), law]));
     words.extend(args.uavs.iter().flat_map(|uavs| ["--uavs".into(), uavs.to_string()]));
     words.extend(args.duration.iter().flat_map(|seconds| ["--duration".into(), seconds.to_string()]));
-    if args.out != *DEFAULT_OUT {
-        words.extend(["--out".into(), args.out.display().to_string()]);
+    let out = config::out(args.out.as_deref());
+    if out != *DEFAULT_OUT {
+        words.extend(["--out".into(), out.display().to_string()]);
     }
     for (given, flag) in [
         (args.real_time, "--real-time"),

@@ -3,12 +3,13 @@
 //! Never flies anything itself; `ringwing_study::shrink` does.
 
 use crate::{
+    config,
     output::{self, tell},
     verify,
 };
 use ringwing_bus::write_whole;
 use ringwing_flight::counted;
-use ringwing_recorder::log::{reader::Reader, run_folder::named};
+use ringwing_recorder::log::reader::Reader;
 use ringwing_scenario::{Fault, Scenario, Setting, Source};
 use ringwing_study::{
     shell::quoted,
@@ -54,7 +55,7 @@ pub(crate) fn run(args: &ShrinkArgs) -> anyhow::Result<ExitCode> {
 
 /// The scenario that the arguments ask for, from a log if they name one.
 fn original(args: &ShrinkArgs) -> anyhow::Result<Scenario> {
-    let path = named(Path::new(&args.scenario));
+    let path = config::log(Path::new(&args.scenario));
     let is_log = path.is_dir() || path.extension().is_some_and(|extension| extension == "mcap");
     if !is_log {
         return Ok(Scenario::read(&Source::find(&args.scenario)?, &args.settings)?.with_faults(&args.faults)?);

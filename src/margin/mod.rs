@@ -5,7 +5,7 @@
 mod progress;
 mod report;
 
-use crate::{FAILED, WrongUsage, output};
+use crate::{FAILED, WrongUsage, config, output};
 use progress::Progress;
 use report::{Report, TheoryLine};
 use ringwing_bus::StopFlag;
@@ -17,7 +17,7 @@ use ringwing_study::{
     sweep::{Draft, Given, SweepProblem},
     theory::{Late, Linearised},
 };
-use std::{num::NonZero, process::ExitCode, thread};
+use std::{num::NonZero, process::ExitCode};
 
 /// What to search, and how.
 #[derive(Debug, clap::Args)]
@@ -71,8 +71,7 @@ pub(crate) fn run(args: &MarginArgs) -> anyhow::Result<ExitCode> {
     let question = args.question()?;
     let plan = args.plan();
     let progress = Progress::new(args.json);
-    let pilots =
-        Pilots { jobs: args.jobs.map_or_else(cores, NonZero::get), fly: &passes, stops: &|| stop.is_set() };
+    let pilots = Pilots { jobs: config::jobs(args.jobs), fly: &passes, stops: &|| stop.is_set() };
     let found = search(&question, &plan, &pilots, |search, value, trial| progress.show(search, value, trial));
     progress.finish();
     let found = found.map_err(WrongUsage)?;
@@ -122,10 +121,6 @@ impl MarginArgs {
 fn share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|share: &f64| *share > 0.0 && *share < 1.0);
     share.ok_or_else(|| "give a number between 0 and 1, such as 0.95".to_owned())
-}
-
-fn cores() -> usize {
-    thread::available_parallelism().map_or(1, NonZero::get)
 }
 
 fn passes(scenario: &Scenario) -> Result<bool, String> {

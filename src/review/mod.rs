@@ -12,15 +12,13 @@ mod table;
 pub(crate) use flight::LoggedFlight;
 
 use crate::{
+    config,
     output::{tell, warn_of},
     summary,
 };
 use figures::FlightFigure;
 use ringwing_bus::write_whole;
-use ringwing_recorder::{
-    log::run_folder::{LOG_HELP, named},
-    metrics::Verdict,
-};
+use ringwing_recorder::{log::run_folder::LOG_HELP, metrics::Verdict};
 use std::{
     fs, iter,
     path::{Path, PathBuf},
@@ -46,7 +44,7 @@ pub(crate) struct ReviewArgs {
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
     let flights = iter::once(&args.log)
         .chain(&args.other)
-        .map(|log| LoggedFlight::read(&named(log)))
+        .map(|log| LoggedFlight::read(&config::log(log)))
         .collect::<Result<Vec<_>, _>>()?;
     for flight in &flights {
         warn_of(&flight.path, &flight.notes);

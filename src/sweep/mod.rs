@@ -10,7 +10,7 @@ mod merge;
 mod processes;
 mod progress;
 
-use crate::{FAILED, WrongUsage, output, output::tell};
+use crate::{FAILED, WrongUsage, config, output, output::tell};
 pub(crate) use definition::SweepArgs;
 use progress::Progress;
 use ringwing_bus::StopFlag;
@@ -22,7 +22,7 @@ use ringwing_study::{
         check, flight_of, flights_file, run as fly_all,
     },
 };
-use std::{fs, num::NonZero, path::Path, process::ExitCode, thread};
+use std::{fs, path::Path, process::ExitCode};
 
 /// Most flights that a sweep flies without being asked to. A million take about ten hours on two cores; more are likely a
 /// mistake.
@@ -54,8 +54,7 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let sweep = args.definition()?;
     let shard = args.shard()?;
     check_size(&sweep, args.yes)?;
-    let jobs =
-        args.jobs.map_or_else(|| thread::available_parallelism().map_or(1, NonZero::get), NonZero::get);
+    let jobs = config::jobs(args.jobs);
     check_cells(&sweep, jobs, &stop)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("sweeps").join(&sweep.name));
     let manifest = prepare(&folder, &sweep, args)?;

@@ -7,7 +7,7 @@ mod difference;
 mod requests;
 
 use crate::{
-    VIOLATED,
+    VIOLATED, config,
     launcher::{Plan, launch},
     output::{tell, warn_of},
     simulated,
@@ -22,7 +22,7 @@ use ringwing_recorder::{
     ADDED_FAULTS,
     log::{
         reader::{Reader, Shortfalls},
-        run_folder::{LOG_HELP, named},
+        run_folder::LOG_HELP,
     },
 };
 use ringwing_scenario::{Fault, Scenario, fault::schedule::ScheduledAction};
@@ -45,7 +45,7 @@ pub(crate) struct VerifyArgs {
 
 /// Flies the scenario of the log again and compares; the exit code is 3 if a message differs.
 pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
-    let mut reader = Reader::open(&named(&args.log))?;
+    let mut reader = Reader::open(&config::log(&args.log))?;
     let Repeatable { scenario, with_requests } = repeatable(&mut reader)?;
     let folder = tempfile::tempdir()?;
     let plan = Plan {

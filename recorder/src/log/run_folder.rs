@@ -54,7 +54,12 @@ pub fn log_in(folder: &Path) -> PathBuf {
 
 /// The path that a user means by `argument`: itself, or a run in the default folder for runs, such as `latest`.
 pub fn named(argument: &Path) -> PathBuf {
-    let in_default = Path::new(DEFAULT_OUT).join(argument);
+    named_in(Path::new(DEFAULT_OUT), argument)
+}
+
+/// As [`named`], with the folders of runs in `runs`.
+pub fn named_in(runs: &Path, argument: &Path) -> PathBuf {
+    let in_default = runs.join(argument);
     // What the user can see in the working folder comes first.
     let is_bare = argument.components().count() == 1;
     if is_bare && argument.symlink_metadata().is_err() && in_default.is_dir() {

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Installs a Debian package in a fresh Debian and flies there. Needs root and debootstrap.
+#
+#   packaging/try-debian.sh target/debian/ringwing_0.1.0-1_amd64.deb
+set -euo pipefail
+package=$(realpath "$1")
+
+root=$(mktemp -d /tmp/ringwing-debian.XXXXXX)
+leave() {
+  for place in dev/shm proc; do
+    mountpoint -q "$root/$place" && umount "$root/$place"
+  done
+  rm -rf --one-file-system "$root"
+}
+trap leave EXIT
+
+debootstrap --variant=minbase bookworm "$root"
+# A shared memory of its own: nothing that this test leaves there can be taken for a run of the host.
+mount -t proc proc "$root/proc"
+mkdir -p "$root/dev/shm"
+mount -t tmpfs -o size=256m tmpfs "$root/dev/shm"
+cp "$package" "$root/tmp/ringwing.deb"
+
+inside() { chroot "$root" /usr/bin/env -i PATH=/usr/bin:/bin:/usr/sbin:/sbin HOME=/root "$@"; }
+inside apt-get install --yes --no-install-recommends /tmp/ringwing.deb
+inside ringwing --version
+inside ringwing doctor
+inside sh -c 'cd /tmp && ringwing run dropout && ringwing verify latest'
+inside test -e /usr/share/man/man1/ringwing-run.1.gz
+inside test -e /usr/share/bash-completion/completions/ringwing
+inside apt-get remove --yes ringwing
+if inside test -e /usr/bin/ringwing; then
+  echo "the package leaves /usr/bin/ringwing behind"
+  exit 1
+fi
