@@ -1,7 +1,7 @@
 //! The simulation and the processes fly the same: payload hash, every measure, the verdict, and what happened when.
 
 use crate::harness::{Finished, Swarm};
-use ringwing_flight::{Collider, Collision, Event, Part, ProcessAction, Reporter, TimedEvent};
+use ringwing_flight::{Collision, Event, Part, ProcessAction, Reporter, TimedEvent};
 use ringwing_recorder::{
     log::reader::Reader,
     metrics::{FlightSummary, Verdict},
@@ -83,14 +83,10 @@ fn figures(scenario: &Scenario, flown: &Flown) -> Value {
 }
 
 fn collision_row(scenario: &Scenario, collision: &Collision) -> Value {
-    let with = match collision.with {
-        Collider::Uav(uav) => uav.to_string(),
-        Collider::Obstacle(index) => scenario.obstacles[index as usize].name.clone(),
-    };
     json!({
         "time_s": collision.time_s,
         "uav": collision.uav,
-        "with": with,
+        "with": scenario.collider_name(collision.with),
         "position_m": collision.position_m,
     })
 }

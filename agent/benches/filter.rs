@@ -3,7 +3,7 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Point2, Vector2};
 use ringwing_agent::{law::ControlInput, safety::CollisionFilter};
-use ringwing_flight::{Pose, SensedAircraft, SensedObstacle, Tick, Traffic, UavId, direction};
+use ringwing_flight::{AircraftId, Pose, SensedAircraft, SensedObstacle, Tick, Traffic, UavId, direction};
 use ringwing_scenario::Scenario;
 use std::{f64::consts::TAU, hint::black_box};
 
@@ -22,7 +22,7 @@ fn traffic(tick: Tick) -> Traffic {
         heading_rad: ringwing_flight::wrap(bearing_rad + TAU / 2.0),
         speed_m_s: 15.0,
         turn_rate_rad_s: 0.0,
-        uav: 2,
+        who: AircraftId::uav(UavId(2)),
         is_answering: 1,
     };
     let aircraft = around(50.0).map(aircraft);
@@ -33,7 +33,12 @@ fn traffic(tick: Tick) -> Traffic {
 /// so that all of them are examined.
 fn filter_step(criterion: &mut Criterion) {
     let mut filter = CollisionFilter::new(&Scenario::default(), UavId(1));
-    let obstacle = |(_, position_m)| SensedObstacle { position_m, radius_m: 10.0, braking_distance_m: 30.0 };
+    let obstacle = |(_, position_m)| SensedObstacle {
+        position_m,
+        radius_m: 10.0,
+        braking_distance_m: 30.0,
+        velocity_m_s: [0.0; 2],
+    };
     let obstacles = around(60.0).map(obstacle);
     let own = Pose { position: Point2::origin(), heading_rad: 0.0 };
     let wish = ControlInput { speed_m_s: 15.0, turn_rate_rad_s: 0.0 };

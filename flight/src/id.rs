@@ -1,4 +1,4 @@
-//! The identities of UAVs, processes and moments.
+//! The identities of UAVs, intruders, processes and moments.
 
 use bytemuck::{Pod, Zeroable};
 use serde::{Deserialize, Serialize};
@@ -24,6 +24,17 @@ impl UavId {
 impl fmt::Display for UavId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "uav {}", self.0)
+    }
+}
+
+/// The number of an intruder, from 1 in the order of the scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct IntruderId(pub u32);
+
+impl fmt::Display for IntruderId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "intruder {}", self.0)
     }
 }
 

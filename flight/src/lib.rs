@@ -25,6 +25,7 @@ pub mod process_state;
 pub mod report;
 pub mod ring;
 pub mod ring_order;
+pub mod route;
 pub mod shape;
 pub mod slot;
 mod wording;
@@ -33,19 +34,20 @@ pub use event::{
     AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, Reporter, TimedEvent,
 };
 pub use formation::Formation;
-pub use id::{Part, Tick, UavId};
+pub use id::{IntruderId, Part, Tick, UavId};
 pub use latency::LatencyTally;
 pub use motion::{Pose, direction, wrap};
 pub use pace::{Pace, real_time_factor};
 pub use payload::{
-    Account, AgeTicks, Avoided, Command, EventMessage, FlightMode, FormationError, JournalEntry,
-    JournalHeader, LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed, SensedAircraft,
-    SensedObstacle, TickTiming, Traffic, UavState,
+    Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FlightMode, FormationError,
+    JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed,
+    SensedAircraft, SensedObstacle, TickTiming, Traffic, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
 pub use ring::{LivingRing, OnLoss};
 pub use ring_order::RingOrder;
+pub use route::{Route, RoutePoint};
 pub use shape::Shape;
 pub use slot::{CirclePlace, Slot};
 pub use wording::counted;

@@ -131,7 +131,11 @@ impl Metrics {
             disturbances: Vec::new(),
             agreement: AgreementWatch::default(),
             closest: ClosestSoFar::default(),
-            obstacles: scenario.obstacles.iter().map(ObstacleWatch::new).collect(),
+            obstacles: scenario
+                .all_obstacles()
+                .iter()
+                .map(|one| ObstacleWatch::new(one, scenario.time.rate_hz))
+                .collect(),
             lyapunov: LyapunovWatch::new(scenario),
             commands: Commands::default(),
             envelope: None,
@@ -254,7 +258,7 @@ impl Metrics {
             closest_pair: self.closest.pair(self.rate_hz),
             closest_adjacent: self.closest.adjacent(self.rate_hz),
             closest_other: self.closest.other(self.rate_hz),
-            obstacles: self.obstacles.iter().filter_map(|obstacle| obstacle.summary(self.rate_hz)).collect(),
+            obstacles: self.obstacles.iter().filter_map(ObstacleWatch::summary).collect(),
             speed_saturated_share: share(self.commands.speed_saturated),
             turn_rate_saturated_share: share(self.commands.turn_rate_saturated),
             speed_min_m_s: self.envelope.map(|flown| flown.speed_min_m_s),

@@ -3,7 +3,7 @@
 //! Never reports 0 for a value that does not exist: the value is null in the JSON.
 
 use crate::metrics::{FlightSummary, ObstacleSummary, Verdict, judge};
-use ringwing_flight::{Collider, Collision, Latency, WorldReport, real_time_factor};
+use ringwing_flight::{Collision, Latency, WorldReport, real_time_factor};
 use ringwing_scenario::{Law, Scenario, ShapeName};
 use serde::Serialize;
 use std::time::Duration;
@@ -177,21 +177,17 @@ pub struct CollisionRow {
     pub time_s: f64,
     /// The UAV; if two UAVs collided, the one with the lower number.
     pub uav: u32,
-    /// `uav 4`, or the obstacle's name.
+    /// `uav 4`, `intruder 1`, or the obstacle's name.
     pub with: String,
     /// Where the UAV was, in the local frame.
     pub position_m: [f64; 2],
 }
 
 fn collision_rows(collisions: &[Collision], scenario: &Scenario) -> Vec<CollisionRow> {
-    let with = |collider| match collider {
-        Collider::Uav(uav) => uav.to_string(),
-        Collider::Obstacle(index) => scenario.obstacle_name(index),
-    };
     let row = |&Collision { time_s, uav, with: collider, position_m }: &Collision| CollisionRow {
         time_s,
         uav: uav.0,
-        with: with(collider),
+        with: scenario.collider_name(collider),
         position_m,
     };
     collisions.iter().map(row).collect()

@@ -9,7 +9,7 @@ use nalgebra::Point2;
 use ringwing_flight::{
     Account, AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Tick, UavId,
 };
-use ringwing_scenario::{FormationSection, ObstacleSection, Scenario};
+use ringwing_scenario::{FormationSection, IntruderSection, ObstacleSection, Scenario};
 use std::{
     borrow::Cow,
     path::{Path, PathBuf},
@@ -33,7 +33,20 @@ pub(crate) fn slow_ring() -> Scenario {
 
 /// An obstacle of 10 m radius that repels from 30 m.
 pub(crate) fn obstacle(position_m: [f64; 2]) -> ObstacleSection {
-    ObstacleSection { name: "tower".into(), position_m, radius_m: 10.0, braking_distance_m: 30.0 }
+    ObstacleSection::standing("tower", position_m, 10.0, 30.0)
+}
+
+/// An intruder on its way north.
+pub(crate) fn intruder(position_m: [f64; 2]) -> IntruderSection {
+    IntruderSection {
+        position_m,
+        heading_deg: 90.0,
+        speed_m_s: 20.0,
+        cooperative: true,
+        turn_rate_rad_s: 0.0,
+        waypoints_m: Vec::new(),
+        repeat: false,
+    }
 }
 
 /// What begins the log of `scenario`, without wall-clock times.

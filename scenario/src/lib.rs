@@ -12,6 +12,7 @@ mod assignment;
 mod event_text;
 pub mod fault;
 mod fault_check;
+mod field;
 mod key;
 pub mod model;
 pub mod preset;
@@ -23,9 +24,9 @@ mod validate;
 pub use fault::{Action, Fault, schedule::FaultSchedule};
 pub use model::{
     AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
-    GeoreferenceSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection, ObstacleSection,
-    OffsetSection, RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName, StartSection,
-    StartState, SupervisionSection, TimeSection, Wake,
+    GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection,
+    ObstacleFieldSection, ObstacleSection, OffsetSection, RequirementsSection, SafetySection, Scenario,
+    SensingSection, ShapeName, StartSection, StartState, SupervisionSection, TimeSection, Wake,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, keys};

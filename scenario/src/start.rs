@@ -2,7 +2,7 @@
 //!
 //! Never depends on anything but the scenario, so that every process and every check gets the same states.
 
-use crate::{ObstacleSection, Problem, Scenario, ScenarioError, StartState};
+use crate::{IntruderSection, ObstacleSection, Problem, Scenario, ScenarioError, StartState};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{direction, draw::Draws};
 
@@ -17,7 +17,7 @@ const TRIES: u32 = 10_000;
 /// The start state of each UAV: the listed ones, or states drawn with the scenario's seed.
 ///
 /// A draw takes a position from a box around the leader, and takes another one while that is too close to a UAV already
-/// placed or within the braking distance of an obstacle.
+/// placed or to an intruder, or within the braking distance of an obstacle.
 ///
 /// # Errors
 /// The box has no room for a UAV; the message names the keys to change.
@@ -47,6 +47,7 @@ fn no_room(scenario: &Scenario, uav: u32) -> Problem {
 /// The box that start positions are drawn from.
 struct StartBox<'s> {
     scenario: &'s Scenario,
+    obstacles: Vec<ObstacleSection>,
     draws: Draws,
     middle: Point2<f64>,
     /// The side along the leader's heading, from end to end.
@@ -65,6 +66,7 @@ impl<'s> StartBox<'s> {
         let ahead = direction(scenario.leader.heading_deg.to_radians());
         Self {
             scenario,
+            obstacles: scenario.all_obstacles(),
             draws: Draws::new(scenario.seed, PURPOSE, MOMENT),
             middle: Point2::from(scenario.leader.start_m) + ahead * (draw.ahead_radii * radius),
             along: ahead * (draw.length_radii * radius),
@@ -104,7 +106,12 @@ impl<'s> StartBox<'s> {
         let clear = |obstacle: &ObstacleSection| {
             (position - Point2::from(obstacle.position_m)).norm() > obstacle.braking_distance_m
         };
-        placed.iter().all(apart) && self.scenario.obstacles.iter().all(clear)
+        let away = |intruder: &IntruderSection| {
+            (position - Point2::from(intruder.position_m)).norm() >= self.separation_m
+        };
+        placed.iter().all(apart)
+            && self.obstacles.iter().all(clear)
+            && self.scenario.intruders.iter().all(away)
     }
 }
 
@@ -210,8 +217,7 @@ mod tests {
         #[test]
         fn no_uav_starts_where_an_obstacle_repels(seed: u64, x in -60.0..60.0, y in -40.0..40.0) {
             let mut scenario = drawn(6, seed);
-            scenario.obstacles =
-                vec![ObstacleSection { name: "mast".into(), position_m: [x, y], radius_m: 5.0, braking_distance_m: 20.0 }];
+            scenario.obstacles = vec![ObstacleSection::standing("mast", [x, y], 5.0, 20.0)];
             for state in states(&scenario).unwrap() {
                 prop_assert!((Point2::from(state.position_m) - Point2::new(x, y)).norm() > 20.0);
             }

@@ -7,7 +7,7 @@
 
 use ringwing_flight::{OnLoss, draw::Draws};
 use ringwing_scenario::{
-    Action, Failsafe, Fault, Law, LawSwitches, ObstacleSection, Scenario, ShapeName,
+    Action, Failsafe, Fault, IntruderSection, Law, LawSwitches, ObstacleSection, Scenario, ShapeName,
     fault::{Delay, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets},
 };
 use std::ops::RangeInclusive;
@@ -22,7 +22,8 @@ const FAULTS_MAX: u32 = 8;
 /// The slowest answer, in milliseconds. A slower one only makes flights of processes take longer.
 const SLOW_MAX_MS: u32 = 5;
 
-/// The random scenario of `seed`: 3 to 12 UAVs in any shape, 5 to 20 s, either law, up to three obstacles and eight faults.
+/// The random scenario of `seed`: 3 to 12 UAVs in any shape, 5 to 20 s, either law, up to three listed obstacles and twelve
+/// drawn ones, two intruders and eight faults.
 pub fn scenario(seed: u64) -> Scenario {
     let mut dice = Dice(Draws::new(seed, PURPOSE, 0));
     let mut scenario = Scenario {
@@ -46,6 +47,14 @@ pub fn scenario(seed: u64) -> Scenario {
     scenario.faults =
         (0..dice.whole(1..=FAULTS_MAX)).map(|_| dice.fault(duration_s, scenario.formation.uavs)).collect();
     dice.set_shape(&mut scenario);
+    scenario.obstacles.iter_mut().for_each(|obstacle| dice.set_in_motion(obstacle));
+    if dice.one_in(3) {
+        scenario.obstacle_field.circles = dice.whole(1..=12);
+    }
+    scenario.intruders = (0..dice.whole(0..=2)).map(|_| dice.intruder(&scenario)).collect();
+    scenario.control.collision_filter |= dice.one_in(3);
+    scenario.sensing.radar_range_m = dice.number(60.0, 200.0);
+    scenario.sensing.radar_noise_m = dice.pick(&[0.0, 1.0]);
     scenario
 }
 
@@ -125,12 +134,43 @@ impl Dice {
         let braking_distance_m = radius_m + self.number(5.0, 30.0);
         let box_end_m = scenario.start.draw.length_radii / 2.0 * scenario.formation().radius_m();
         let east_m = box_end_m + braking_distance_m + self.number(5.0, 150.0);
-        ObstacleSection {
-            name: format!("Obstacle {number}"),
-            position_m: [east_m, self.number(-60.0, 60.0)],
-            radius_m,
-            braking_distance_m,
+        let position_m = [east_m, self.number(-60.0, 60.0)];
+        ObstacleSection::standing(format!("Obstacle {number}"), position_m, radius_m, braking_distance_m)
+    }
+
+    /// Lets half of the obstacles move: on a straight line, or through waypoints.
+    fn set_in_motion(&mut self, obstacle: &mut ObstacleSection) {
+        match self.whole(1..=4) {
+            1 => obstacle.velocity_m_s = [self.number(-8.0, 8.0), self.number(-8.0, 8.0)],
+            2 => {
+                obstacle.waypoints_m = self.waypoints(obstacle.position_m);
+                obstacle.waypoint_speed_m_s = self.number(1.0, 15.0);
+                obstacle.repeat = self.one_in(2);
+            }
+            _ => {}
         }
+    }
+
+    /// An aircraft beside the way of the formation that flies across it, circles or follows waypoints.
+    fn intruder(&mut self, scenario: &Scenario) -> IntruderSection {
+        let box_end_m = scenario.start.draw.length_radii / 2.0 * scenario.formation().radius_m();
+        let position_m = [box_end_m + self.number(20.0, 250.0), self.number(-250.0, 250.0)];
+        let heading_deg = self.number(-180.0, 180.0);
+        let waypoints_m = if self.one_in(3) { self.waypoints(position_m) } else { Vec::new() };
+        IntruderSection {
+            position_m,
+            heading_deg,
+            speed_m_s: self.number(5.0, 30.0),
+            cooperative: self.one_in(2),
+            turn_rate_rad_s: if self.one_in(3) { self.number(-0.3, 0.3) } else { 0.0 },
+            waypoints_m,
+            repeat: self.one_in(2),
+        }
+    }
+
+    /// Places near `around_m`.
+    fn waypoints(&mut self, around_m: [f64; 2]) -> Vec<[f64; 2]> {
+        (0..self.whole(1..=3)).map(|_| around_m.map(|at_m| at_m + self.number(-60.0, 60.0))).collect()
     }
 
     /// A fault at some time of the flight, or shortly after its end, where it never happens.
@@ -288,6 +328,27 @@ mod tests {
             assert_eq!(drawn.name, format!("random-{seed}"));
         }
         assert_ne!(scenario(1).faults, scenario(2).faults);
+    }
+
+    #[test]
+    fn obstacles_stand_drift_and_fly_round() {
+        let obstacles: Vec<_> = SEEDS.flat_map(|seed| scenario(seed).obstacles).collect();
+        let occurs = |is: &dyn Fn(&ObstacleSection) -> bool| obstacles.iter().any(is);
+        assert!(occurs(&|one| !one.moves()) && occurs(&|one| one.velocity_m_s != [0.0; 2]));
+        assert!(occurs(&|one| one.repeat) && occurs(&|one| one.waypoints_m.len() == 3 && !one.repeat));
+    }
+
+    #[test]
+    fn intruders_of_each_kind_meet_swarms_with_a_filter() {
+        assert!(SEEDS.map(scenario).any(|scenario| !scenario.obstacle_field.is_empty()));
+        let filtered = SEEDS.map(scenario).filter(|scenario| scenario.control.collision_filter);
+        let intruders: Vec<_> = filtered.flat_map(|scenario| scenario.intruders).collect();
+        for cooperative in [false, true] {
+            let occurs = |is: &dyn Fn(&IntruderSection) -> bool| {
+                intruders.iter().any(|one| one.cooperative == cooperative && is(one))
+            };
+            assert!(occurs(&|one| !one.waypoints_m.is_empty()) && occurs(&|one| one.turn_rate_rad_s != 0.0));
+        }
     }
 
     #[test]

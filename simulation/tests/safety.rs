@@ -2,7 +2,7 @@
 
 use crate::support::{Flight, at_rest, preset, scenario, with_faults};
 use nalgebra::Point2;
-use ringwing_flight::{UavId, draw::Draws};
+use ringwing_flight::{AircraftId, Avoided, UavId, draw::Draws};
 use ringwing_scenario::{ObstacleSection, Scenario};
 use ringwing_simulation::Simulation;
 use std::thread;
@@ -96,12 +96,8 @@ fn field(circles: u32, seed: u64) -> Scenario {
     let mut draws = Draws::new(seed, FIELDS, 0);
     let mut circle = |number: u32| {
         let radius_m = 5.0 + 15.0 * draws.uniform();
-        ObstacleSection {
-            name: format!("Obstacle {number}"),
-            position_m: [200.0 + 1000.0 * draws.uniform(), 160.0 * (draws.uniform() - 0.5)],
-            radius_m,
-            braking_distance_m: radius_m + 20.0,
-        }
+        let position_m = [200.0 + 1000.0 * draws.uniform(), 160.0 * (draws.uniform() - 0.5)];
+        ObstacleSection::standing(format!("Obstacle {number}"), position_m, radius_m, radius_m + 20.0)
     };
     let obstacles = (1..=circles).map(&mut circle).collect();
     Scenario { obstacles, ..drawn(6, seed, 150.0, &[]) }
@@ -165,7 +161,7 @@ fn a_flight_without_conflicts_is_flown_as_the_law_wishes() {
             let account = flight.simulation.account(uav).expect("an account");
             let wish = (account.wish_speed_m_s, account.wish_turn_rate_rad_s);
             assert_eq!((account.speed_m_s, account.turn_rate_rad_s), wish);
-            assert_eq!(account.avoided.number(), 0);
+            assert_eq!(account.avoided, Avoided::NOTHING);
         }
     });
 }
@@ -183,9 +179,9 @@ fn a_fault_can_blind_the_filter_and_the_log_tells_what_it_avoided() {
         flight.fly(10.0, |flight| {
             let place = |uav: u32| flight.simulation.sky().airframes()[uav as usize - 1].pose().position;
             closest_m = closest_m.min((place(1) - place(4)).norm());
-            avoided.extend(flight.simulation.account(UavId(1)).map(|account| account.avoided.number()));
+            avoided.extend(flight.simulation.account(UavId(1)).map(|account| account.avoided));
         });
-        (closest_m, avoided.contains(&4))
+        (closest_m, avoided.contains(&Avoided::aircraft(AircraftId::uav(UavId(4)))))
     };
     let (clear_m, names_it) = head_on(&[]);
     assert!(clear_m > NEAR_MISS_M && names_it, "{clear_m} m, named: {names_it}");

@@ -95,6 +95,7 @@ impl LoggedFlight {
         Self {
             path,
             summary: Summary::of_log(&scenario, LogFindings::default()),
+            periods: Periods::new(&scenario.all_obstacles()),
             scenario,
             notes: Vec::new(),
             times_s: Vec::new(),
@@ -108,7 +109,6 @@ impl LoggedFlight {
             events: Vec::new(),
             ring_spacing_m: Vec::new(),
             ring_radius_m: Vec::new(),
-            periods: Periods::default(),
         }
     }
 
@@ -137,7 +137,7 @@ impl LoggedFlight {
         for (columns, uav) in self.uavs.iter_mut().zip(&tick.frame.uavs) {
             columns.take(uav);
         }
-        self.periods.observe(time_s, &tick.frame, &self.scenario.obstacles);
+        self.periods.observe(time_s, &tick.frame);
         self.ring_spacing_m.push(tick.frame.ring.spacing_m());
         self.ring_radius_m.push(tick.frame.ring.radius_m());
         self.leader_x_m.push(tick.leader.map(|leader| leader.x));

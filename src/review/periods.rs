@@ -2,7 +2,7 @@
 //!
 //! Never guesses an end: what was not healed before the log ends lasts until then.
 
-use ringwing_flight::{Event, Part, ProcessAction};
+use ringwing_flight::{Event, Part, ProcessAction, Route};
 use ringwing_recorder::metrics::Frame;
 use ringwing_scenario::ObstacleSection;
 
@@ -35,9 +35,17 @@ pub(crate) struct Periods {
     open: Vec<Period>,
     /// The time of the last tick.
     now_s: f64,
+    /// Each obstacle with its way.
+    obstacles: Vec<(ObstacleSection, Route)>,
 }
 
 impl Periods {
+    /// No period yet of a flight past `obstacles`.
+    pub(super) fn new(obstacles: &[ObstacleSection]) -> Self {
+        let obstacles = obstacles.iter().map(|one| (one.clone(), one.route())).collect();
+        Self { obstacles, ..Self::default() }
+    }
+
     /// Takes an event.
     pub(super) fn on_event(&mut self, time_s: f64, event: &Event) {
         use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
@@ -61,17 +69,19 @@ impl Periods {
     }
 
     /// Takes a tick: begins and ends the passages of obstacles.
-    pub(super) fn observe(&mut self, time_s: f64, frame: &Frame, obstacles: &[ObstacleSection]) {
+    pub(super) fn observe(&mut self, time_s: f64, frame: &Frame) {
         self.now_s = time_s;
-        for obstacle in obstacles {
-            let [x, y] = obstacle.position_m;
+        let obstacles = std::mem::take(&mut self.obstacles);
+        for (obstacle, route) in &obstacles {
+            let centre = route.at(time_s).pose.position;
             let mut states = frame.uavs.iter().filter_map(|uav| uav.state.as_ref());
-            if states.any(|state| (state.x_m - x).hypot(state.y_m - y) < obstacle.braking_distance_m) {
+            if states.any(|state| (state.position() - centre).norm() < obstacle.braking_distance_m) {
                 self.begin(Cause::Passage, &obstacle.name, time_s);
             } else {
                 self.finish(Cause::Passage, &obstacle.name, time_s);
             }
         }
+        self.obstacles = obstacles;
     }
 
     /// Ends everything at the last tick, because the log ends there.

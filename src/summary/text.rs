@@ -18,6 +18,8 @@ use std::{fmt, io};
 
 /// Largest swarm whose UAVs are listed one by one. More lines push the verdict's context off a terminal.
 const LISTED_UAVS: usize = 12;
+/// Most obstacles that are listed one by one. Of more, the summary shows the one that a UAV came closest to.
+const LISTED_OBSTACLES: usize = 8;
 /// UAVs named after an obstacle that repelled them; the summary only counts the others. More names make the line too
 /// long for a terminal.
 const LISTED_REPELLED: usize = 6;
@@ -40,7 +42,7 @@ impl fmt::Display for SummaryText<'_> {
             write_uavs(f, flight)?;
             write_commanded(f, flight, *uavs)?;
             write_formation(f, flight, summary.shape)?;
-            flight.obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle))?;
+            write_obstacles(f, flight)?;
             for [label, value, remark] in effect_lines(&flight.fault_effects) {
                 line(f, &label, &value, &remark)?;
             }
@@ -125,6 +127,18 @@ fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, shape: Sh
 fn write_pair(f: &mut fmt::Formatter<'_>, label: &str, pair: Option<ClosestPair>) -> fmt::Result {
     let who = pair.map(|pair| format!("uav {} and {} at {:.2} s", pair.uav, pair.other, pair.time_s));
     line(f, label, &metres(pair.map(|pair| pair.distance_m)), &who.unwrap_or_default())
+}
+
+fn write_obstacles(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let obstacles = &flight.obstacles;
+    if obstacles.len() <= LISTED_OBSTACLES {
+        return obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle));
+    }
+    let closest = obstacles.iter().min_by(|one, other| one.clearance_m.total_cmp(&other.clearance_m));
+    let Some(closest) = closest else { return Ok(()) };
+    let who = format!("of {}: uav {} at {:.2} s", closest.name, closest.uav, closest.time_s);
+    let label = format!("smallest of {} clearances", obstacles.len());
+    line(f, &label, &metres(Some(closest.clearance_m)), &who)
 }
 
 fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt::Result {

@@ -2,7 +2,7 @@
 //!
 //! Never launches a swarm within this process: the launcher owns signals and children of its process.
 
-use ringwing_flight::{Collider, Collision, UavId, WorldReport};
+use ringwing_flight::{Collider, Collision, IntruderId, UavId, WorldReport};
 use ringwing_recorder::metrics::FlightSummary;
 use ringwing_scenario::Scenario;
 use ringwing_study::Outcome;
@@ -73,10 +73,15 @@ fn report(scenario: &Scenario, run: &Run) -> Option<WorldReport> {
 }
 
 fn collision(scenario: &Scenario, row: &CollisionRow) -> Option<Collision> {
-    let of_obstacle = || scenario.obstacles.iter().position(|obstacle| obstacle.name == row.with);
-    let with = match row.with.strip_prefix("uav ").and_then(|number| number.parse().ok()) {
-        Some(number) => Collider::Uav(UavId(number)),
-        None => Collider::Obstacle(of_obstacle()? as u32),
+    // A number of `what`, as in `uav 3`.
+    let number = |what: &str| row.with.strip_prefix(what)?.parse().ok();
+    let of_obstacle = || scenario.all_obstacles().iter().position(|obstacle| obstacle.name == row.with);
+    let with = if let Some(uav) = number("uav ") {
+        Collider::Uav(UavId(uav))
+    } else if let Some(intruder) = number("intruder ") {
+        Collider::Intruder(IntruderId(intruder))
+    } else {
+        Collider::Obstacle(of_obstacle()? as u32)
     };
     Some(Collision { time_s: row.time_s, uav: UavId(row.uav), with, position_m: row.position_m })
 }

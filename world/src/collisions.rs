@@ -1,17 +1,15 @@
-//! Which UAVs have run into each other or into an obstacle.
+//! Which UAVs have run into each other, into an obstacle or into an intruder.
 //!
 //! Never reports a contact twice while it lasts.
 
-use crate::Airframe;
+use crate::{Airframe, intruder::Intruder, obstacle::Obstacle};
 use ringwing_flight::{Collider, UavId};
-use ringwing_scenario::ObstacleSection;
 use std::collections::BTreeSet;
 
 /// Finds each collision once, in the tick in which it begins.
 #[derive(Debug, Clone)]
 pub(crate) struct Collisions {
     distance_m: f64,
-    obstacles: Vec<ObstacleSection>,
     /// The contacts of the last tick.
     touching: BTreeSet<(UavId, Collider)>,
     /// Indices of the airframes, sorted by x in the last tick. They are still nearly sorted, so sorting again is cheap.
@@ -19,38 +17,27 @@ pub(crate) struct Collisions {
 }
 
 impl Collisions {
-    pub(crate) fn new(distance_m: f64, obstacles: &[ObstacleSection], uavs: usize) -> Self {
-        Self {
-            distance_m,
-            obstacles: obstacles.to_vec(),
-            touching: BTreeSet::new(),
-            by_x: (0..uavs).collect(),
-        }
+    pub(crate) fn new(distance_m: f64, uavs: usize) -> Self {
+        Self { distance_m, touching: BTreeSet::new(), by_x: (0..uavs).collect() }
     }
 
     /// The collisions that began since the last call, in the order of UAVs.
-    pub(crate) fn begun(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
+    pub(crate) fn begun(
+        &mut self,
+        airframes: &[Airframe],
+        obstacles: &[Obstacle],
+        intruders: &[Intruder],
+    ) -> Vec<(UavId, Collider)> {
         // The set sorts by UAV. Pairs are found in the order of x, and the order of events must not depend on that.
-        let touching: BTreeSet<_> =
-            self.pairs(airframes).into_iter().chain(self.crashes(airframes)).collect();
+        let touching: BTreeSet<_> = self
+            .pairs(airframes)
+            .into_iter()
+            .chain(crashes(airframes, obstacles))
+            .chain(self.hits(airframes, intruders))
+            .collect();
         let begun = touching.difference(&self.touching).copied().collect();
         self.touching = touching;
         begun
-    }
-
-    /// UAVs inside an obstacle: distance from its centre d <= `R_obs`.
-    fn crashes(&self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
-        let mut found = Vec::new();
-        for (index, obstacle) in self.obstacles.iter().enumerate() {
-            let inside = |airframe: &&Airframe| {
-                let centre = nalgebra::Point2::from(obstacle.position_m);
-                airframe.is_flying() && (airframe.pose().position - centre).norm() <= obstacle.radius_m
-            };
-            found.extend(
-                airframes.iter().filter(inside).map(|one| (one.uav(), Collider::Obstacle(index as u32))),
-            );
-        }
-        found
     }
 
     /// Pairs of UAVs closer than the collision distance. Only UAVs that close in x alone can be, so each UAV is compared
@@ -69,17 +56,44 @@ impl Collisions {
         found
     }
 
+    /// UAVs closer to an intruder than the collision distance.
+    fn hits(&self, airframes: &[Airframe], intruders: &[Intruder]) -> Vec<(UavId, Collider)> {
+        let mut found = Vec::new();
+        for intruder in intruders {
+            let place = intruder.position();
+            let is_hit =
+                |one: &&Airframe| one.is_flying() && (one.pose().position - place).norm() < self.distance_m;
+            let with = Collider::Intruder(intruder.id());
+            found.extend(airframes.iter().filter(is_hit).map(|one| (one.uav(), with)));
+        }
+        found
+    }
+
     fn collide(&self, a: &Airframe, b: &Airframe) -> bool {
         let distance_m = (a.pose().position - b.pose().position).norm();
         a.is_flying() && b.is_flying() && distance_m < self.distance_m
     }
 }
 
+/// UAVs inside an obstacle: distance from its centre d <= `R_obs`.
+fn crashes(airframes: &[Airframe], obstacles: &[Obstacle]) -> Vec<(UavId, Collider)> {
+    let mut found = Vec::new();
+    for (index, obstacle) in obstacles.iter().enumerate() {
+        let inside = |airframe: &&Airframe| {
+            airframe.is_flying()
+                && (airframe.pose().position - obstacle.position()).norm() <= obstacle.section.radius_m
+        };
+        found
+            .extend(airframes.iter().filter(inside).map(|one| (one.uav(), Collider::Obstacle(index as u32))));
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use ringwing_flight::Tick;
-    use ringwing_scenario::{Scenario, StartState};
+    use ringwing_scenario::{ObstacleSection, Scenario, StartState};
 
     fn airframes(places: &[[f64; 2]]) -> Vec<Airframe> {
         let at = |(index, place): (usize, &[f64; 2])| {
@@ -93,26 +107,22 @@ mod tests {
 
     #[test]
     fn a_collision_is_reported_once_until_the_uavs_have_parted() {
-        let mut collisions = Collisions::new(2.0, &[], 4);
+        let mut collisions = Collisions::new(2.0, 4);
         let flying = airframes(&[[0.0, 0.0], [100.0, 0.0], [1.5, 0.5], [0.0, 50.0]]);
-        assert_eq!(collisions.begun(&flying), [(UavId(1), Collider::Uav(UavId(3)))]);
-        assert_eq!(collisions.begun(&flying), []);
+        assert_eq!(collisions.begun(&flying, &[], &[]), [(UavId(1), Collider::Uav(UavId(3)))]);
+        assert_eq!(collisions.begun(&flying, &[], &[]), []);
         let apart = airframes(&[[0.0, 0.0], [100.0, 0.0], [5.0, 0.5], [0.0, 50.0]]);
-        assert_eq!(collisions.begun(&apart), []);
-        assert_eq!(collisions.begun(&flying).len(), 1, "the UAVs had parted");
+        assert_eq!(collisions.begun(&apart, &[], &[]), []);
+        assert_eq!(collisions.begun(&flying, &[], &[]).len(), 1, "the UAVs had parted");
     }
 
     #[test]
     fn a_uav_collides_with_an_obstacle_at_its_edge() {
-        let obstacle = ObstacleSection {
-            name: "mast".into(),
-            position_m: [0.0, 0.0],
-            radius_m: 10.0,
-            braking_distance_m: 20.0,
-        };
-        let mut collisions = Collisions::new(2.0, &[obstacle], 2);
+        let obstacle = ObstacleSection::standing("mast", [0.0, 0.0], 10.0, 20.0);
+        let mut collisions = Collisions::new(2.0, 2);
         let flying = airframes(&[[0.0, 9.999], [0.0, -10.001]]);
-        assert_eq!(collisions.begun(&flying), [(UavId(1), Collider::Obstacle(0))]);
+        let obstacles = [Obstacle::new(&obstacle, 0.0)];
+        assert_eq!(collisions.begun(&flying, &obstacles, &[]), [(UavId(1), Collider::Obstacle(0))]);
     }
 
     #[test]
@@ -130,7 +140,7 @@ mod tests {
             }
         }
         assert!(expected.len() > 10);
-        let found: BTreeSet<_> = Collisions::new(2.0, &[], 400).begun(&flying).into_iter().collect();
+        let found: BTreeSet<_> = Collisions::new(2.0, 400).begun(&flying, &[], &[]).into_iter().collect();
         assert_eq!(found, expected);
     }
 }

@@ -1,4 +1,4 @@
-//! Time, airframes, obstacles and collisions.
+//! Time, airframes, obstacles, intruders and collisions.
 //!
 //! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, [`sky`] all of
 //! them among the obstacles, and [`airspace`] what a tick does to them, with the report on the flight. [`process`] is the
@@ -11,6 +11,8 @@
 pub mod airframe;
 pub mod airspace;
 mod collisions;
+mod intruder;
+mod obstacle;
 pub mod process;
 pub mod sky;
 

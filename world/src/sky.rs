@@ -1,20 +1,29 @@
-//! All airframes among the obstacles: what they sense, and what happens from one tick to the next.
+//! All airframes among obstacles and intruders: what they sense, and what happens from one tick to the next.
 //!
 //! Never knows processes, services or clocks: the same commands give the same flight, to the bit.
 
-use crate::{Airframe, Refusal, collisions::Collisions};
+use crate::{
+    Airframe, Refusal,
+    collisions::Collisions,
+    intruder::{Intruder, Radar},
+    obstacle::Obstacle,
+};
 use ringwing_flight::{
-    Command, Event, Sensed, SensedAircraft, SensedObstacle, Tick, Traffic, UavId,
+    Aircraft, AircraftId, Command, Event, IntruderId, Sensed, SensedAircraft, SensedObstacle, Tick, Traffic,
+    UavId,
     payload::{MAX_SENSED_AIRCRAFT, MAX_SENSED_OBSTACLES},
 };
-use ringwing_scenario::{ObstacleSection, Scenario, StartState};
+use ringwing_scenario::{Scenario, StartState};
 
-/// The true state of the flight: every airframe, and every obstacle.
+/// The true state of the flight: every airframe, every obstacle and every intruder.
 #[derive(Debug, Clone)]
 pub struct Sky {
     now: Tick,
     airframes: Vec<Airframe>,
-    obstacles: Vec<ObstacleSection>,
+    obstacles: Vec<Obstacle>,
+    intruders: Vec<Intruder>,
+    radar: Radar,
+    rate_hz: u32,
     sensing_range_m: f64,
     /// How far a UAV senses other aircraft; `None` while nobody uses that.
     traffic_range_m: Option<f64>,
@@ -29,11 +38,18 @@ impl Sky {
             .map(|(uav, start)| Airframe::new(scenario, uav, start))
             .collect();
         let distance_m = scenario.airframe.collision_distance_m;
+        let approach_s = Tick::APPROACH.seconds(scenario.time.rate_hz);
         Self {
             now: Tick::APPROACH,
-            collisions: Collisions::new(distance_m, &scenario.obstacles, airframes.len()),
+            collisions: Collisions::new(distance_m, airframes.len()),
             airframes,
-            obstacles: scenario.obstacles.clone(),
+            obstacles: scenario.all_obstacles().iter().map(|one| Obstacle::new(one, approach_s)).collect(),
+            intruders: (1..)
+                .zip(&scenario.intruders)
+                .map(|(number, section)| Intruder::new(number, section, approach_s))
+                .collect(),
+            radar: Radar::new(scenario),
+            rate_hz: scenario.time.rate_hz,
             sensing_range_m: scenario.sensing.range_m,
             traffic_range_m: scenario.control.collision_filter.then_some(scenario.sensing.traffic_range_m),
         }
@@ -74,22 +90,18 @@ impl Sky {
     /// The obstacles whose edge is in range, nearest first; their count; and the count of those that did not fit.
     fn obstacles_near(&self, airframe: &Airframe) -> ([SensedObstacle; MAX_SENSED_OBSTACLES], u32, u32) {
         let own = airframe.pose().position;
-        // Negative inside an obstacle, which sorts first.
-        let to_edge_m =
-            |one: &ObstacleSection| (own - nalgebra::Point2::from(one.position_m)).norm() - one.radius_m;
-        // An empty list, the usual case, allocates nothing.
-        let mut near: Vec<(f64, &ObstacleSection)> = self
+        // An empty list, the usual case, allocates nothing. The distance is negative inside an obstacle, which sorts first.
+        let mut near: Vec<(f64, &Obstacle)> = self
             .obstacles
             .iter()
-            .map(|obstacle| (to_edge_m(obstacle), obstacle))
+            .map(|obstacle| (obstacle.to_edge_m(&own), obstacle))
             .filter(|(distance_m, _)| *distance_m <= self.sensing_range_m)
             .collect();
         // A stable sort: at equal distances the scenario's order decides.
         near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let mut sensed = [SensedObstacle::default(); MAX_SENSED_OBSTACLES];
         for (place, (_, obstacle)) in sensed.iter_mut().zip(&near) {
-            let ObstacleSection { position_m, radius_m, braking_distance_m, .. } = **obstacle;
-            *place = SensedObstacle { position_m, radius_m, braking_distance_m };
+            *place = obstacle.sensed();
         }
         let count = near.len().min(MAX_SENSED_OBSTACLES);
         (sensed, count as u32, (near.len() - count) as u32)
@@ -104,7 +116,14 @@ impl Sky {
         for other in others {
             let squared_m2 = (other.pose().position - own).norm_squared();
             if squared_m2 <= range_m * range_m {
-                nearest.add(squared_m2, other.uav());
+                nearest.add(squared_m2, Aircraft::Uav(other.uav()));
+            }
+        }
+        for intruder in &self.intruders {
+            let (squared_m2, range_m) =
+                ((intruder.position() - own).norm_squared(), intruder.range_m(range_m, &self.radar));
+            if squared_m2 <= range_m * range_m {
+                nearest.add(squared_m2, Aircraft::Intruder(intruder.id()));
             }
         }
         Some(self.report_of(uav, &nearest))
@@ -120,7 +139,12 @@ impl Sky {
             aircraft: [SensedAircraft::default(); MAX_SENSED_AIRCRAFT],
         };
         for (place, (_, other)) in traffic.aircraft_mut().iter_mut().zip(&nearest.found) {
-            *place = self.sensed_aircraft(*other);
+            *place = match *other {
+                Aircraft::Uav(other) => self.sensed_aircraft(other),
+                Aircraft::Intruder(IntruderId(number)) => {
+                    self.intruders[number as usize - 1].sensed(uav, self.now, &self.radar)
+                }
+            };
         }
         traffic
     }
@@ -135,7 +159,7 @@ impl Sky {
             heading_rad: airframe.pose().heading_rad,
             speed_m_s,
             turn_rate_rad_s: if is_answering { 0.0 } else { turn_rate_rad_s },
-            uav: uav.0,
+            who: AircraftId::uav(uav),
             is_answering: u32::from(is_answering),
         }
     }
@@ -155,8 +179,11 @@ impl Sky {
             }
         }
         self.now = self.now.next();
-        // Only now are all airframes at the same tick.
-        for (uav, with) in self.collisions.begun(&self.airframes) {
+        let time_s = self.now.seconds(self.rate_hz);
+        self.obstacles.iter_mut().for_each(|obstacle| obstacle.move_to(time_s));
+        self.intruders.iter_mut().for_each(|intruder| intruder.move_to(time_s));
+        // Only now is everything at the same tick.
+        for (uav, with) in self.collisions.begun(&self.airframes, &self.obstacles, &self.intruders) {
             let position_m = self.airframes[uav.index()].pose().position.into();
             events.push(Event::Collision { uav, with, position_m });
         }
@@ -167,18 +194,18 @@ impl Sky {
 /// The nearest aircraft so far, nearest first. Each tick builds one for each UAV, so it never allocates.
 struct Nearest {
     /// Squared distance, and who it is.
-    found: [(f64, UavId); MAX_SENSED_AIRCRAFT],
+    found: [(f64, Aircraft); MAX_SENSED_AIRCRAFT],
     count: usize,
     omitted: u32,
 }
 
 impl Nearest {
     fn none() -> Self {
-        Self { found: [(f64::INFINITY, UavId(0)); MAX_SENSED_AIRCRAFT], count: 0, omitted: 0 }
+        Self { found: [(f64::INFINITY, Aircraft::Uav(UavId(0))); MAX_SENSED_AIRCRAFT], count: 0, omitted: 0 }
     }
 
-    /// Puts `uav` in its place. At equal distances the one that was added first is the nearer.
-    fn add(&mut self, squared_m2: f64, uav: UavId) {
+    /// Puts `who` in its place. At equal distances the one that was added first is the nearer.
+    fn add(&mut self, squared_m2: f64, who: Aircraft) {
         let place = self.found[..self.count].partition_point(|(known, _)| *known <= squared_m2);
         if self.count == MAX_SENSED_AIRCRAFT {
             self.omitted += 1;
@@ -189,7 +216,7 @@ impl Nearest {
             self.count += 1;
         }
         self.found[place..self.count].rotate_right(1);
-        self.found[place] = (squared_m2, uav);
+        self.found[place] = (squared_m2, who);
     }
 }
 
@@ -197,14 +224,10 @@ impl Nearest {
 mod tests {
     use super::*;
     use ringwing_flight::Collider;
+    use ringwing_scenario::{IntruderSection, ObstacleSection};
 
     fn mast(number: u32, x: f64) -> ObstacleSection {
-        ObstacleSection {
-            name: format!("mast {number}"),
-            position_m: [x, 0.0],
-            radius_m: 1.0,
-            braking_distance_m: 5.0,
-        }
+        ObstacleSection::standing(format!("mast {number}"), [x, 0.0], 1.0, 5.0)
     }
 
     fn sky_at_origin(obstacles: Vec<ObstacleSection>) -> Sky {
@@ -226,6 +249,32 @@ mod tests {
     }
 
     #[test]
+    fn an_obstacle_that_moves_is_sensed_where_it_is_with_its_velocity() {
+        let drifting = ObstacleSection { velocity_m_s: [0.0, 2.0], ..mast(1, 40.0) };
+        let mut sky = sky_at_origin(vec![drifting]);
+        (0..100).for_each(|_| drop(sky.step()));
+        let senses = sky.senses(UavId(1)).unwrap();
+        let [sensed] = senses.obstacles() else { panic!("one obstacle") };
+        assert!((sensed.position_m[1] - 2.0).abs() < 1e-9 && (sensed.position_m[0] - 40.0).abs() < 1e-9);
+        assert!((sensed.velocity_m_s[1] - 2.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_obstacle_that_moves_can_run_into_a_uav() {
+        // It comes from the side and reaches the UAV's path as the UAV does, after 0.4 s.
+        let crossing = ObstacleSection {
+            waypoints_m: vec![[6.0, 0.0]],
+            waypoint_speed_m_s: 10.0,
+            position_m: [6.0, 4.0],
+            ..mast(1, 6.0)
+        };
+        let mut sky = sky_at_origin(vec![crossing]);
+        let events: Vec<_> = (0..45).flat_map(|_| sky.step()).collect();
+        let hit = |one: &Event| matches!(one, Event::Collision { with: Collider::Obstacle(0), .. });
+        assert!(events.iter().any(hit), "{events:?}");
+    }
+
+    #[test]
     fn an_obstacle_is_sensed_once_its_edge_is_in_range() {
         let sky = sky_at_origin(vec![mast(1, 150.9), mast(2, 151.1)]);
         assert_eq!(sky.senses(UavId(1)).unwrap().obstacles().len(), 1);
@@ -242,8 +291,16 @@ mod tests {
         sky
     }
 
+    /// A UAV's number; 100 and more for an intruder.
+    fn number(who: AircraftId) -> u32 {
+        match who.who() {
+            Aircraft::Uav(uav) => uav.0,
+            Aircraft::Intruder(intruder) => 100 + intruder.0,
+        }
+    }
+
     fn sensed_numbers(sky: &Sky, uav: u32) -> Vec<u32> {
-        sky.traffic(UavId(uav)).unwrap().aircraft().iter().map(|aircraft| aircraft.uav).collect()
+        sky.traffic(UavId(uav)).unwrap().aircraft().iter().map(|aircraft| number(aircraft.who)).collect()
     }
 
     #[test]
@@ -253,6 +310,54 @@ mod tests {
         assert_eq!(sensed_numbers(&sky, 12), [11, 10, 9, 8, 7, 6, 5, 4]);
         assert_eq!(sky.traffic(UavId(12)).unwrap().aircraft_omitted, 3);
         assert_eq!(sensed_numbers(&sky_with_traffic(&[0.0, 119.9, -120.1]), 1), [2]);
+    }
+
+    #[test]
+    fn intruders_are_sensed_among_the_others_each_in_the_range_of_its_kind() {
+        let mut scenario = Scenario::default();
+        scenario.control.collision_filter = true;
+        scenario.sensing.radar_range_m = 50.0;
+        let intruder = |x_m: f64, cooperative| IntruderSection {
+            position_m: [x_m, 0.0],
+            heading_deg: 0.0,
+            speed_m_s: 15.0,
+            cooperative,
+            turn_rate_rad_s: 0.0,
+            waypoints_m: Vec::new(),
+            repeat: false,
+        };
+        scenario.intruders =
+            vec![intruder(100.0, true), intruder(49.0, false), intruder(51.0, false), intruder(121.0, true)];
+        let at = |x_m: f64| StartState { position_m: [x_m, 0.0], heading_deg: 0.0, speed_m_s: 15.0 };
+        let mut sky = Sky::new(&scenario, &[0.0, 80.0, 400.0, 800.0, 900.0, 1000.0].map(at));
+        sky.step();
+        assert_eq!(sensed_numbers(&sky, 1), [102, 2, 101]);
+    }
+
+    #[test]
+    fn a_uav_collides_with_an_intruder() {
+        let mut scenario = Scenario::default();
+        scenario.formation.uavs = 3;
+        scenario.intruders = vec![IntruderSection {
+            position_m: [30.0, 0.0],
+            heading_deg: 180.0,
+            speed_m_s: 15.0,
+            cooperative: false,
+            turn_rate_rad_s: 0.0,
+            waypoints_m: Vec::new(),
+            repeat: false,
+        }];
+        let at = |x_m: f64| StartState { position_m: [x_m, 0.0], heading_deg: 0.0, speed_m_s: 15.0 };
+        let mut sky = Sky::new(&scenario, &[0.0, 500.0, 1000.0].map(at));
+        let events: Vec<_> = (0..150).flat_map(|_| sky.step()).collect();
+        let hits: Vec<_> = events
+            .iter()
+            .filter_map(|event| match event {
+                Event::Collision { uav, with, .. } => Some((*uav, *with)),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(hits, [(UavId(1), Collider::Intruder(IntruderId(1)))]);
     }
 
     #[test]

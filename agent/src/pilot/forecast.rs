@@ -1,6 +1,6 @@
 //! Where the law would take the UAV over the next seconds.
 //!
-//! The leader flies on along its arc, the neighbours straight, and the slots stay where they are in the formation. Never
+//! The leader flies on along its arc, the neighbours and the obstacles straight, and the slots stay where they are in the formation. Never
 //! changes the flight: the collision filter only asks what would happen.
 
 use super::{gains::Gains, repulsion_of, track::PeerTrack};
@@ -64,6 +64,6 @@ impl LawForecast {
         };
         let formation = self.gains.limited(potential_forces(&field, &own.position).total(), speed_m_s);
         speed_force(speed_m_s, leader.heading_rad) - formation
-            + repulsion_of(obstacles, self.gains.obstacle_m, &own.position)
+            + repulsion_of(obstacles, self.gains.obstacle_m, &own.position, after_s)
     }
 }

@@ -239,7 +239,7 @@ impl Pilot {
         own: &Pose,
     ) -> LawTerms {
         let forces = potential_forces(&field, &own.position);
-        let repulsion_m = repulsion_of(senses.obstacles(), self.gains.obstacle_m, &own.position);
+        let repulsion_m = repulsion_of(senses.obstacles(), self.gains.obstacle_m, &own.position, 0.0);
         // Only the formation's force is limited. A limited repulsion could be outweighed, and the UAV would hit the
         // obstacle.
         let formation_force = self.gains.limited(forces.total(), leader.speed_m_s);
@@ -310,11 +310,11 @@ impl Pilot {
     }
 }
 
-/// `f_obs` of Eq. (13), summed over the obstacles that a UAV at `own` senses.
-fn repulsion_of(obstacles: &[SensedObstacle], gain_m: f64, own: &Point2<f64>) -> Vector2<f64> {
+/// `f_obs` of Eq. (13), summed over the sensed obstacles, for a UAV at `own` after `after_s`.
+fn repulsion_of(obstacles: &[SensedObstacle], gain_m: f64, own: &Point2<f64>, after_s: f64) -> Vector2<f64> {
     let of_one = |sensed: &SensedObstacle| {
         let obstacle = RepulsiveObstacle {
-            centre: sensed.position_m.into(),
+            centre: Point2::from(sensed.position_m) + Vector2::from(sensed.velocity_m_s) * after_s,
             radius_m: sensed.radius_m,
             braking_distance_m: sensed.braking_distance_m,
         };

@@ -62,7 +62,7 @@ mod tests {
             reserved: 0,
             aircraft: Default::default(),
         };
-        report.aircraft_mut().fill(SensedAircraft { speed_m_s: 15.0, uav: 2, ..SensedAircraft::default() });
+        report.aircraft_mut().fill(SensedAircraft { speed_m_s: 15.0, ..SensedAircraft::default() });
         report
     }
 

@@ -70,11 +70,6 @@ impl Course {
         }
         (course, half_way_rad)
     }
-
-    /// What stays at `place`.
-    pub(super) fn standing(place: Vector2<f64>) -> Self {
-        Self { x_m: [place.x as f32; SAMPLES], y_m: [place.y as f32; SAMPLES] }
-    }
 }
 
 #[cfg(test)]

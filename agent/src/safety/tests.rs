@@ -1,10 +1,12 @@
 use super::*;
 use proptest::prelude::*;
-use ringwing_flight::SensedAircraft;
+use ringwing_flight::{AircraftId, SensedAircraft};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A tick in which UAV 1 looks for a clear way, at 100 Hz and every 0.1 s.
 const LOOK: Tick = Tick(9);
+/// The aircraft that is avoided.
+const OTHER: AircraftId = AircraftId::uav(UavId(2));
 const WISH: ControlInput = ControlInput { speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
 
 fn filter() -> CollisionFilter {
@@ -16,7 +18,7 @@ fn own() -> Pose {
 }
 
 fn aircraft(position_m: [f64; 2], heading_rad: f64, turn_rate_rad_s: f64) -> SensedAircraft {
-    SensedAircraft { position_m, heading_rad, speed_m_s: 15.0, turn_rate_rad_s, uav: 2, is_answering: 1 }
+    SensedAircraft { position_m, heading_rad, speed_m_s: 15.0, turn_rate_rad_s, who: OTHER, is_answering: 1 }
 }
 
 fn report(tick: Tick, sensed: &[SensedAircraft]) -> Traffic {
@@ -55,12 +57,17 @@ fn a_clear_way_is_flown_as_wished_to_the_bit() {
 fn two_that_meet_head_on_both_turn_right() {
     let flown = flown_among(&[aircraft([90.0, 0.0], PI, 0.0)]);
     assert!(flown.control.turn_rate_rad_s < 0.0, "{flown:?}");
-    assert_eq!((flown.avoided, flown.avoided_at), (Avoided::uav(2), Point2::new(90.0, 0.0)));
+    assert_eq!((flown.avoided, flown.avoided_at), (Avoided::aircraft(OTHER), Point2::new(90.0, 0.0)));
 }
 
 #[test]
 fn an_obstacle_exactly_on_the_line_of_flight_is_passed_on_one_side() {
-    let mast = SensedObstacle { position_m: [50.0, 0.0], radius_m: 10.0, braking_distance_m: 20.0 };
+    let mast = SensedObstacle {
+        position_m: [50.0, 0.0],
+        radius_m: 10.0,
+        braking_distance_m: 20.0,
+        velocity_m_s: [0.0; 2],
+    };
     let flown = flown(&mut filter(), LOOK, &[mast]);
     assert!(flown.control.turn_rate_rad_s < 0.0, "{flown:?}");
     assert_eq!(flown.avoided, Avoided::OBSTACLE);
@@ -73,7 +80,7 @@ fn an_aircraft_that_nobody_flies_is_predicted_along_its_arc() {
         one.speed_m_s = 12.0;
         flown_among(&[one]).avoided
     };
-    assert_eq!((crossing(0.0), crossing(0.5)), (Avoided::uav(2), Avoided::NOTHING));
+    assert_eq!((crossing(0.0), crossing(0.5)), (Avoided::aircraft(OTHER), Avoided::NOTHING));
 }
 
 #[test]
@@ -108,6 +115,22 @@ fn a_late_report_is_predicted_to_now() {
     assert_eq!(flown(&mut filter, LOOK, &[]).avoided, Avoided::NOTHING);
 }
 
+#[test]
+fn an_obstacle_is_avoided_where_it_will_be() {
+    // It is not in the way now, and reaches the UAV's way when the UAV does.
+    let crossing = |velocity_m_s| SensedObstacle {
+        position_m: [45.0, -30.0],
+        radius_m: 5.0,
+        braking_distance_m: 10.0,
+        velocity_m_s,
+    };
+    assert_eq!(flown(&mut filter(), LOOK, &[crossing([0.0; 2])]).avoided, Avoided::NOTHING);
+    assert_eq!(flown(&mut filter(), LOOK, &[crossing([0.0, 10.0])]).avoided, Avoided::OBSTACLE);
+    // And one that leaves the way in time is no reason to leave it.
+    let leaving = SensedObstacle { position_m: [45.0, 0.0], ..crossing([0.0, 15.0]) };
+    assert_eq!(flown(&mut filter(), LOOK, &[leaving]).avoided, Avoided::NOTHING);
+}
+
 proptest! {
     #[test]
     fn the_airframes_limits_hold_whatever_is_near(
@@ -117,7 +140,7 @@ proptest! {
         let mut filter = filter();
         let sensed: Vec<_> =
             places.into_iter().map(|(x, y, heading, rate)| aircraft([x, y], heading, rate)).collect();
-        let mast = |(x, y, radius_m)| SensedObstacle { position_m: [x, y], radius_m, braking_distance_m: 50.0 };
+        let mast = |(x, y, radius_m)| SensedObstacle { position_m: [x, y], radius_m, braking_distance_m: 50.0, velocity_m_s: [0.0; 2] };
         let masts: Vec<_> = masts.into_iter().map(mast).collect();
         filter.receive(&report(LOOK, &sensed));
         let control = flown(&mut filter, LOOK, &masts).control;

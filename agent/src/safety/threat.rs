@@ -14,9 +14,11 @@ const GIVEN_UP_M: f64 = 0.05;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Threat {
     course: Course,
+    /// Speed of an obstacle.
+    own_m_s: f32,
     keep_m: f32,
-    /// What a sample must be farther away, squared, so that no place between two samples is nearer than that; for a UAV
-    /// with a speed of 1 m/s.
+    /// What a sample must be farther away, squared, so that no place between two samples is nearer than that; for a relative
+    /// speed of 1 m/s.
     between_m2: f32,
     /// No sample must be farther away than this, squared: it is nearer now.
     here_m2: f32,
@@ -70,10 +72,11 @@ impl Viewpoint {
         // Two samples are up to 10 m of relative motion apart, and the separation has room for what lies between.
         Threat {
             course,
+            own_m_s: 0.0,
             keep_m,
             between_m2: 0.0,
             here_m2: keep_m * keep_m,
-            what: Avoided::uav(sensed.uav),
+            what: Avoided::aircraft(sensed.who),
             place,
         }
     }
@@ -85,8 +88,11 @@ impl Viewpoint {
         let keep_m = (sensed.radius_m + clearance_m).min(here_m);
         // Half of the way between two samples, at 1 m/s: the middle of a chord is nearer to the centre than its ends.
         let half_way_m = self.horizon_s / SAMPLES as f64 / 2.0;
+        let (here, velocity) = (self.seen(place), Vector2::from(sensed.velocity_m_s));
+        let step = self.to_body * velocity;
         Threat {
-            course: Course::standing(self.seen(place)),
+            course: Course::through(self.horizon_s, |time_s| here + step * time_s),
+            own_m_s: velocity.norm() as f32,
             keep_m: keep_m as f32,
             between_m2: (half_way_m * half_way_m) as f32,
             here_m2: (here_m * here_m) as f32,
@@ -99,7 +105,8 @@ impl Viewpoint {
 impl Threat {
     /// The squared distance to keep at each sample at this speed.
     fn keep_m2(&self, speed: f32) -> f32 {
-        (self.keep_m * self.keep_m + self.between_m2 * speed * speed).min(self.here_m2)
+        let relative = speed + self.own_m_s;
+        (self.keep_m * self.keep_m + self.between_m2 * relative * relative).min(self.here_m2)
     }
 
     /// The squared distances from a UAV on `course` at `speed`, at each sample.

@@ -5,7 +5,7 @@
 
 mod text;
 
-use crate::{FlightMode, Part, Tick, UavId};
+use crate::{FlightMode, IntruderId, Part, Tick, UavId};
 use serde::{Deserialize, Serialize};
 
 /// How much an event matters, in the terms of log viewers.
@@ -27,6 +27,8 @@ pub enum Collider {
     Uav(UavId),
     /// The scenario's obstacle with this index, counted from 0.
     Obstacle(u32),
+    /// An aircraft that nobody controls.
+    Intruder(IntruderId),
 }
 
 /// How a process ended.

@@ -13,11 +13,7 @@ impl Event {
     pub fn text(&self, obstacle_name: impl Fn(u32) -> String) -> String {
         match self {
             Self::Collision { uav, with, position_m: [x, y] } => {
-                let with = match with {
-                    Collider::Uav(other) => other.to_string(),
-                    Collider::Obstacle(index) => obstacle_name(*index),
-                };
-                format!("{uav} and {with} at ({x:.1}, {y:.1}) m")
+                format!("{uav} and {} at ({x:.1}, {y:.1}) m", with.name(obstacle_name))
             }
             Self::Failsafe { uav, mode } => format!("{uav} flies without its agent: {}", mode.name()),
             Self::ProcessLost { part, end, then } => loss_text(*part, *end, *then),
@@ -59,6 +55,17 @@ impl Event {
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }
             | Self::FaultHealed { sentence } => sentence.clone(),
+        }
+    }
+}
+
+impl Collider {
+    /// What people call it: `uav 5`, `intruder 1`, or what `obstacle_name` makes of an obstacle's index.
+    pub fn name(self, obstacle_name: impl Fn(u32) -> String) -> String {
+        match self {
+            Self::Uav(other) => other.to_string(),
+            Self::Obstacle(index) => obstacle_name(index),
+            Self::Intruder(intruder) => intruder.to_string(),
         }
     }
 }

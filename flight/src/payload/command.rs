@@ -1,5 +1,6 @@
 //! An agent's answer to a tick: what it asks of its airframe, and its account of why.
 
+use super::{Aircraft, AircraftId};
 use crate::{Tick, UavId};
 use bytemuck::{Pod, Zeroable};
 
@@ -63,15 +64,16 @@ impl Avoided {
     /// An obstacle.
     pub const OBSTACLE: Self = Self(u32::MAX);
 
-    /// The aircraft with this UAV's number.
-    pub fn uav(number: u32) -> Self {
-        // UAVs have numbers from 1 to 1024, so neither 0 nor the largest number is a UAV.
-        Self(number)
+    /// This aircraft.
+    pub fn aircraft(who: AircraftId) -> Self {
+        // Aircraft have small numbers, one high bit aside, so neither 0 nor the largest number is one.
+        Self(who.number())
     }
 
-    /// 0 for nothing, the number of a UAV, or the largest number for an obstacle.
-    pub fn number(self) -> u32 {
-        self.0
+    /// The aircraft, unless it is an obstacle or nothing.
+    pub fn who(self) -> Option<Aircraft> {
+        let is_aircraft = self != Self::NOTHING && self != Self::OBSTACLE;
+        is_aircraft.then(|| AircraftId::of_number(self.0).who())
     }
 }
 

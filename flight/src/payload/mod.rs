@@ -27,7 +27,7 @@ pub use roster::{MAX_UAVS, Roster};
 pub use sensed::{FlightMode, MAX_SENSED_OBSTACLES, Sensed, SensedObstacle};
 pub use state::{RUMOURS, Rumour, UavState};
 pub use timing::{FormationError, TickTiming};
-pub use traffic::{MAX_SENSED_AIRCRAFT, SensedAircraft, Traffic};
+pub use traffic::{Aircraft, AircraftId, MAX_SENSED_AIRCRAFT, SensedAircraft, Traffic};
 
 use bytemuck::Pod;
 use std::fmt::Debug;
@@ -51,7 +51,7 @@ macro_rules! payloads {
 payloads! {
     LeaderState: "LeaderState.v1", 48;
     UavState: "UavState.v2", 120;
-    Sensed: "Sensed.v1", 320;
+    Sensed: "Sensed.v2", 448;
     Traffic: "Traffic.v1", 408;
     Command: "Command.v3", 32;
     Account: "Account.v2", 200;
@@ -61,5 +61,5 @@ payloads! {
     FormationError: "FormationError.v3", 24;
     EventMessage: "EventMessage.v1", 1024;
     JournalHeader: "JournalHeader.v1", 128;
-    JournalEntry: "JournalEntry.v2", 528;
+    JournalEntry: "JournalEntry.v3", 656;
 }

@@ -53,6 +53,17 @@ pub struct SensedObstacle {
     pub radius_m: f64,
     /// `L_obs`, Eq. (13): the distance from the centre at which the obstacle begins to repel.
     pub braking_distance_m: f64,
+    /// Velocity, east and north, in m/s; zero for an obstacle that stands.
+    pub velocity_m_s: [f64; 2],
+}
+
+impl SensedObstacle {
+    /// The bytes that a hash of the flight covers: those of the velocity only if it moves, so that flights past obstacles
+    /// that stand keep the hashes from before there were others.
+    pub fn hashed_bytes(&self) -> &[u8] {
+        let (all, still) = (bytemuck::bytes_of(self), std::mem::offset_of!(Self, velocity_m_s));
+        if self.velocity_m_s == [0.0; 2] { &all[..still] } else { all }
+    }
 }
 
 /// What the world lets one UAV sense of itself and of the obstacles near it, once a tick.
@@ -82,6 +93,12 @@ pub struct Sensed {
 }
 
 impl Sensed {
+    /// Passes on the bytes that a hash of the flight covers, in order.
+    pub fn for_hashed_bytes(&self, mut update: impl FnMut(&[u8])) {
+        update(&bytemuck::bytes_of(self)[..std::mem::offset_of!(Self, obstacles)]);
+        self.obstacles.iter().for_each(|obstacle| update(obstacle.hashed_bytes()));
+    }
+
     /// The obstacles in range, nearest first.
     pub fn obstacles(&self) -> &[SensedObstacle] {
         // The count comes from shared memory and may be any number.

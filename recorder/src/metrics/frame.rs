@@ -8,7 +8,7 @@ use super::{
     ring::{FlownRing, RingNeighbour},
 };
 use nalgebra::Point2;
-use ringwing_flight::{Account, Avoided, FlightMode, LeaderState, LinkCounts, Sensed, UavId};
+use ringwing_flight::{Account, Aircraft, Avoided, FlightMode, LeaderState, LinkCounts, Sensed, UavId};
 use ringwing_scenario::Scenario;
 
 /// The payloads of one tick.
@@ -200,20 +200,23 @@ pub struct ControlTerms {
 /// What a collision filter avoids.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AvoidedThing {
-    /// The number of the UAV; `None` for an obstacle.
+    /// The number of the UAV; `None` for an obstacle or an intruder.
     pub uav: Option<u32>,
+    /// The number of the intruder.
+    pub intruder: Option<u32>,
     /// Where it was when the filter chose its way, east and north.
     pub place_m: [f64; 2],
 }
 
 impl AvoidedThing {
     fn of(account: &Account) -> Option<Self> {
-        let place_m = account.avoided_m;
-        match account.avoided {
-            Avoided::NOTHING => None,
-            Avoided::OBSTACLE => Some(Self { uav: None, place_m }),
-            aircraft => Some(Self { uav: Some(aircraft.number()), place_m }),
-        }
+        let (uav, intruder) = match account.avoided.who() {
+            Some(Aircraft::Uav(uav)) => (Some(uav.0), None),
+            Some(Aircraft::Intruder(intruder)) => (None, Some(intruder.0)),
+            None => (None, None),
+        };
+        let acts = account.avoided != Avoided::NOTHING;
+        acts.then_some(Self { uav, intruder, place_m: account.avoided_m })
     }
 }
 

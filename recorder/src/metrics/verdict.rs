@@ -81,13 +81,14 @@ fn judge_collisions(most: u32, collisions: Option<usize>) -> Option<String> {
 }
 
 fn judge_clearances(least_m: f64, scenario: &Scenario, summary: &FlightSummary) -> Vec<String> {
-    if scenario.obstacles.is_empty() {
+    let obstacles = scenario.all_obstacles();
+    if obstacles.is_empty() {
         return vec![format!(
             "clearance not measured, as there is no obstacle, required at least {least_m} m"
         )];
     }
     let has_clearance = |name: &str| summary.obstacles.iter().any(|measured| measured.name == name);
-    let missing = scenario.obstacles.iter().filter(|obstacle| !has_clearance(&obstacle.name));
+    let missing = obstacles.iter().filter(|obstacle| !has_clearance(&obstacle.name));
     let missing = missing.map(|obstacle| {
         format!("clearance of {} not measured, required at least {least_m} m", obstacle.name)
     });

@@ -48,6 +48,9 @@ pub struct LoggedEvent {
     /// The whole event as JSON.
     #[prost(string, tag = "12")]
     pub json: String,
+    /// The number of the intruder concerned, from 1; 0 if the event concerns no intruder.
+    #[prost(uint32, tag = "13")]
+    pub intruder: u32,
 }
 
 impl LoggedEvent {
@@ -81,7 +84,10 @@ impl EventWriter {
             kind: event.name().into(),
             level: level_name(event.level()).into(),
             uav: uav(event).map_or(0, |uav| uav.0),
-            other_uav: collider.map_or(0, |with| if let Collider::Uav(other) = with { other.0 } else { 0 }),
+            other_uav: match collider {
+                Some(Collider::Uav(other)) => other.0,
+                _ => 0,
+            },
             process: part(event).map_or_else(String::new, Part::node_name),
             obstacle: match collider {
                 Some(Collider::Obstacle(index)) => self.scenario.obstacle_name(index),
@@ -92,6 +98,10 @@ impl EventWriter {
             sentence: sentence(event).into(),
             text: self.scenario.event_text(event),
             json: serde_json::to_string(timed).expect("an event is plain data"),
+            intruder: match collider {
+                Some(Collider::Intruder(intruder)) => intruder.0,
+                _ => 0,
+            },
         }
     }
 
@@ -180,7 +190,7 @@ fn position_m(event: &Event) -> Option<[f64; 2]> {
 mod tests {
     use super::*;
     use crate::testing;
-    use ringwing_flight::{ProcessAction, Tick};
+    use ringwing_flight::{IntruderId, ProcessAction, Tick};
 
     fn at(tick: i64, event: Event) -> TimedEvent {
         TimedEvent { tick: Tick(tick), event }
@@ -199,6 +209,9 @@ mod tests {
         assert_eq!((message.x_m, message.y_m, &*message.process), (Some(1.5), Some(-2.0), ""));
         assert_eq!(message.text, "uav 3 and tower at (1.5, -2.0) m");
         assert_eq!(message.event(), Some(hit));
+        let with = Collider::Intruder(IntruderId(2));
+        let message = writer.message(&at(8, Event::Collision { uav: UavId(3), with, position_m: [0.0; 2] }));
+        assert_eq!((message.intruder, message.other_uav, &*message.obstacle), (2, 0, ""));
         let part = Part::Agent(UavId(2));
         let kill =
             at(9, Event::ProcessFault { part, action: ProcessAction::Stop, sentence: "stop uav 2".into() });

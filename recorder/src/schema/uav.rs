@@ -148,7 +148,7 @@ pub struct UavControl {
     /// The turn rate that the law asked for.
     #[prost(double, tag = "29")]
     pub wish_turn_rate_rad_s: f64,
-    /// The UAV that the collision filter avoids; absent if it avoids an obstacle or does not act.
+    /// The UAV that the collision filter avoids; absent if it avoids something else or does not act.
     #[prost(uint32, optional, tag = "30")]
     pub avoided_uav: Option<u32>,
     /// Where the filter saw what it avoids, east; absent while it does not act.
@@ -157,6 +157,9 @@ pub struct UavControl {
     /// Where the filter saw what it avoids, north.
     #[prost(double, optional, tag = "32")]
     pub avoided_y_m: Option<f64>,
+    /// The intruder that the filter avoids.
+    #[prost(uint32, optional, tag = "33")]
+    pub avoided_intruder: Option<u32>,
 }
 
 impl UavState {
@@ -243,6 +246,7 @@ impl UavControl {
             avoided_uav: control.avoided.and_then(|avoided| avoided.uav),
             avoided_x_m: control.avoided.map(|avoided| avoided.place_m[0]),
             avoided_y_m: control.avoided.map(|avoided| avoided.place_m[1]),
+            avoided_intruder: control.avoided.and_then(|avoided| avoided.intruder),
         }
     }
 
@@ -270,10 +274,11 @@ impl UavControl {
             lost_fingerprint: self.lost_fingerprint,
             wish_speed_m_s: self.wish_speed_m_s,
             wish_turn_rate_rad_s: self.wish_turn_rate_rad_s,
-            avoided: self
-                .avoided_x_m
-                .zip(self.avoided_y_m)
-                .map(|(x, y)| AvoidedThing { uav: self.avoided_uav, place_m: [x, y] }),
+            avoided: self.avoided_x_m.zip(self.avoided_y_m).map(|(x, y)| AvoidedThing {
+                uav: self.avoided_uav,
+                intruder: self.avoided_intruder,
+                place_m: [x, y],
+            }),
         }
     }
 }
@@ -295,8 +300,8 @@ mod tests {
 
     #[test]
     fn what_the_filter_avoids_comes_back_from_its_message() {
-        for uav in [None, Some(4)] {
-            let avoided = Some(AvoidedThing { uav, place_m: [3.0, -4.0] });
+        for (uav, intruder) in [(None, None), (Some(4), None), (None, Some(1))] {
+            let avoided = Some(AvoidedThing { uav, intruder, place_m: [3.0, -4.0] });
             let control = ControlTerms { wish_speed_m_s: 17.0, avoided, ..ControlTerms::default() };
             assert_eq!(UavControl::of(7, 3, &control).terms(), control);
         }

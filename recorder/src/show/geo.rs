@@ -4,15 +4,15 @@
 //! conversion is exact, by way of earth-centred coordinates; the altitude is the scenario's everywhere. Never flattens
 //! the earth by a degrees-per-metre factor, which is wrong far from the origin and near the poles.
 
-use super::{circle, palette};
-use crate::{
-    clock::Clock,
-    metrics::{Frame, TrueState},
+use super::{
+    circle,
+    palette::{self, Rgb},
 };
+use crate::{clock::Clock, metrics::Frame};
 use foxglove::messages::{GeoJson, LocationFix};
 use nalgebra::{Point2, Point3, Vector2, Vector3};
-use ringwing_flight::{LeaderState, direction};
-use ringwing_scenario::{GeoreferenceSection, ObstacleSection};
+use ringwing_flight::{IntruderId, LeaderState, Pose, Route, Tick, UavId, direction};
+use ringwing_scenario::{IntruderSection, ObstacleSection, Scenario};
 use serde_json::{Value, json};
 
 /// Semi-major axis of the WGS 84 ellipsoid, metres.
@@ -38,6 +38,14 @@ pub(crate) struct Geodetic {
     pub(crate) longitude_deg: f64,
 }
 
+/// An obstacle on the map.
+#[derive(Debug, Clone)]
+enum MappedObstacle {
+    /// It stands, so its map feature is computed once.
+    Standing(Value),
+    Moving(ObstacleSection, Route),
+}
+
 /// The plane tangent to the earth at the scenario's origin.
 #[derive(Debug, Clone)]
 pub(crate) struct Earth {
@@ -46,13 +54,14 @@ pub(crate) struct Earth {
     east: Vector3<f64>,
     north: Vector3<f64>,
     altitude_m: f64,
-    /// The obstacles as map features, computed once.
-    obstacles: Vec<Value>,
+    obstacles: Vec<MappedObstacle>,
+    intruders: Vec<Route>,
 }
 
 impl Earth {
-    /// The plane tangent to the earth at `georeference`, with `obstacles` on it.
-    pub(crate) fn new(georeference: &GeoreferenceSection, obstacles: &[ObstacleSection]) -> Self {
+    /// The plane tangent to the earth at the origin of `scenario`, with its obstacles and intruders.
+    pub(crate) fn new(scenario: &Scenario) -> Self {
+        let georeference = &scenario.georeference;
         let (latitude, longitude) =
             (georeference.latitude_deg.to_radians(), georeference.longitude_deg.to_radians());
         let (sin_lat, cos_lat) = (libm::sin(latitude), libm::cos(latitude));
@@ -65,10 +74,19 @@ impl Earth {
             north: Vector3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat),
             altitude_m: georeference.altitude_m,
             obstacles: Vec::new(),
+            intruders: scenario.intruders.iter().map(IntruderSection::route).collect(),
         };
         earth.obstacles =
-            obstacles.iter().take(OBSTACLES).map(|obstacle| earth.obstacle_on_map(obstacle)).collect();
+            scenario.all_obstacles().iter().take(OBSTACLES).map(|obstacle| earth.mapped(obstacle)).collect();
         earth
+    }
+
+    fn mapped(&self, obstacle: &ObstacleSection) -> MappedObstacle {
+        if obstacle.moves() {
+            MappedObstacle::Moving(obstacle.clone(), obstacle.route())
+        } else {
+            MappedObstacle::Standing(self.obstacle_on_map(obstacle, obstacle.position_m.into()))
+        }
     }
 
     /// Latitude and longitude of `place` in the plane.
@@ -103,29 +121,39 @@ impl Earth {
         }
     }
 
-    /// The obstacles and the UAVs in the sky as map features: `/geo/uavs`.
-    pub(crate) fn uavs_on_map(&self, frame: &Frame) -> GeoJson {
-        let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).map(|state| self.uav_on_map(state));
-        let features: Vec<Value> = self.obstacles.iter().cloned().chain(uavs).collect();
+    /// The obstacles, the intruders and the UAVs in the sky as map features: `/geo/uavs`.
+    pub(crate) fn uavs_on_map(&self, frame: &Frame, clock: Clock) -> GeoJson {
+        let time_s = Tick(frame.tick).seconds(clock.rate_hz());
+        let obstacles = self.obstacles.iter().map(|obstacle| match obstacle {
+            MappedObstacle::Standing(feature) => feature.clone(),
+            MappedObstacle::Moving(one, route) => self.obstacle_on_map(one, route.at(time_s).pose.position),
+        });
+        let intruders = (1..).zip(&self.intruders).map(|(number, route)| {
+            self.aircraft_on_map(&IntruderId(number).to_string(), &route.at(time_s).pose, palette::ALARM)
+        });
+        let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref()).map(|state| {
+            let pose = Pose { position: state.position(), heading_rad: state.heading_rad };
+            self.aircraft_on_map(&UavId(state.uav).to_string(), &pose, palette::colour(state.uav))
+        });
+        let features: Vec<Value> = obstacles.chain(intruders).chain(uavs).collect();
         GeoJson { geojson: json!({ "type": "FeatureCollection", "features": features }).to_string() }
     }
 
     /// An arrowhead along the heading. A point would appear as a pin, which hides its neighbours.
-    fn uav_on_map(&self, state: &TrueState) -> Value {
-        let (place, ahead) = (Point2::new(state.x_m, state.y_m), direction(state.heading_rad));
+    fn aircraft_on_map(&self, name: &str, pose: &Pose, colour: Rgb) -> Value {
+        let (place, ahead) = (pose.position, direction(pose.heading_rad));
         let left = Vector2::new(-ahead.y, ahead.x);
         let corner = |(along, across): (f64, f64)| self.coordinates(place + ahead * along + left * across);
         let outline: Vec<Value> = ARROWHEAD_M.into_iter().map(corner).collect();
-        let colour = palette::colour(state.uav).hex();
+        let colour = colour.hex();
         feature(
-            &format!("uav {}", state.uav),
+            name,
             &json!({ "type": "Polygon", "coordinates": [outline] }),
             &json!({ "color": colour, "fillColor": colour, "fillOpacity": 1.0, "opacity": 1.0, "weight": 1 }),
         )
     }
 
-    fn obstacle_on_map(&self, obstacle: &ObstacleSection) -> Value {
-        let centre = Point2::from(obstacle.position_m);
+    fn obstacle_on_map(&self, obstacle: &ObstacleSection, centre: Point2<f64>) -> Value {
         let corners = circle::polygon(centre, obstacle.radius_m, OUTLINE_CORNERS);
         let mut outline: Vec<Value> = corners.map(|corner| self.coordinates(corner)).collect();
         // RFC 7946 wants closed polygons: the last corner repeats the first.
@@ -155,42 +183,69 @@ mod tests {
     use super::*;
     use crate::testing;
     use proptest::prelude::*;
+    use ringwing_scenario::GeoreferenceSection;
 
-    fn earth() -> Earth {
-        Earth::new(&GeoreferenceSection::default(), &[testing::obstacle([100.0, 0.0])])
+    /// The earth at `georeference`, with nothing on it.
+    fn bare(georeference: GeoreferenceSection) -> Earth {
+        Earth::new(&Scenario { georeference, ..Scenario::default() })
+    }
+
+    fn earth_with(obstacle: ObstacleSection) -> Earth {
+        Earth::new(&Scenario {
+            obstacles: vec![obstacle],
+            intruders: vec![testing::intruder([0.0, 50.0])],
+            ..Scenario::default()
+        })
     }
 
     #[test]
     fn known_distances_give_known_angles() {
         // One degree of longitude on the equator, and a minute of latitude at 45 degrees.
         let equator = GeoreferenceSection { latitude_deg: 0.0, longitude_deg: 10.0, altitude_m: 0.0 };
-        let east = Earth::new(&equator, &[]).locate(Point2::new(111.319_490_793, 0.0));
+        let east = bare(equator.clone()).locate(Point2::new(111.319_490_793, 0.0));
         assert!((east.longitude_deg - 10.001).abs() < 1e-9 && east.latitude_deg.abs() < 1e-12);
         let middle = GeoreferenceSection { latitude_deg: 45.0, ..equator };
-        let north = Earth::new(&middle, &[]).locate(Point2::new(0.0, 1852.0));
+        let north = bare(middle).locate(Point2::new(0.0, 1852.0));
         assert!((north.latitude_deg - 45.0 - 1.0 / 60.0).abs() < 5e-6, "{north:?}");
     }
 
     #[test]
-    fn the_map_shows_obstacles_and_the_uavs_in_the_sky() {
+    fn the_map_shows_obstacles_intruders_and_the_uavs_in_the_sky() {
         let scenario = testing::ring_of(3, 40.0);
         let mut frame = testing::at_rest(&scenario, 0);
         frame.uavs[1].state = None;
-        let map: Value = serde_json::from_str(&earth().uavs_on_map(&frame).geojson).unwrap();
+        let map: Value = serde_json::from_str(
+            &earth_with(testing::obstacle([100.0, 0.0])).uavs_on_map(&frame, Clock::new(100)).geojson,
+        )
+        .unwrap();
         let names: Vec<_> =
             map["features"].as_array().unwrap().iter().map(|one| &one["properties"]["name"]).collect();
-        assert_eq!(names, ["tower", "uav 1", "uav 3"]);
+        assert_eq!(names, ["tower", "intruder 1", "uav 1", "uav 3"]);
         for (number, corners) in [(0, 25), (1, 5)] {
             let outline = map["features"][number]["geometry"]["coordinates"][0].as_array().unwrap();
             assert_eq!((outline.len(), outline.first()), (corners, outline.last()));
         }
     }
 
+    #[test]
+    fn an_obstacle_that_moves_is_where_it_is_on_the_map() {
+        let drifting = ObstacleSection { velocity_m_s: [0.0, 111.0], ..testing::obstacle([0.0, 0.0]) };
+        let earth = earth_with(drifting);
+        let north_deg = |tick| {
+            let frame = testing::at_rest(&testing::ring_of(3, 40.0), tick);
+            let map: Value =
+                serde_json::from_str(&earth.uavs_on_map(&frame, Clock::new(100)).geojson).unwrap();
+            map["features"][0]["geometry"]["coordinates"][0][0][1].as_f64().unwrap()
+        };
+        // A thousandth of a degree of latitude is 111 m.
+        assert!((north_deg(100) - north_deg(0) - 0.001).abs() < 1e-5);
+    }
+
     proptest! {
         #[test]
         fn the_local_origin_is_at_the_georeference(latitude in -85.0..85.0_f64, longitude in -180.0..180.0_f64) {
             let georeference = GeoreferenceSection { latitude_deg: latitude, longitude_deg: longitude, altitude_m: 0.0 };
-            let there = Earth::new(&georeference, &[]).locate(Point2::origin());
+            let there = bare(georeference).locate(Point2::origin());
             prop_assert!((there.latitude_deg - latitude).abs() < 1e-9);
             prop_assert!((there.longitude_deg - longitude).abs() < 1e-9);
         }

@@ -5,11 +5,13 @@
 //! written only when they change; the formation and the links are locked to the leader's frame.
 
 mod craft;
+mod movers;
 mod ring;
 mod surroundings;
 mod trails;
 
 pub(crate) use craft::CraftScene;
+pub(crate) use movers::{Mover, movers, obstacle_frame};
 pub(crate) use ring::ring;
 pub(crate) use surroundings::{formation, obstacles};
 pub(crate) use trails::Trails;
@@ -34,7 +36,7 @@ pub(crate) fn uav_frame(uav: u32, count: u32) -> String {
 }
 
 /// The position and rotation of all coordinate frames: `/tf`.
-pub(crate) fn transforms(frame: &Frame, clock: Clock) -> FrameTransforms {
+pub(crate) fn transforms(frame: &Frame, movers: &[Mover], clock: Clock) -> FrameTransforms {
     let count = frame.uavs.len() as u32;
     let timestamp = Some(clock.timestamp(frame.tick));
     let transform = |child_frame_id: String, [x, y]: [f64; 2], heading_rad: f64| FrameTransform {
@@ -48,7 +50,8 @@ pub(crate) fn transforms(frame: &Frame, clock: Clock) -> FrameTransforms {
     let leader = frame.leader.iter().map(|leader| transform(LEADER.into(), leader.position_m, 0.0));
     let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref());
     let uavs = uavs.map(|uav| transform(uav_frame(uav.uav, count), [uav.x_m, uav.y_m], uav.heading_rad));
-    FrameTransforms { transforms: leader.chain(uavs).collect() }
+    let movers = movers.iter().map(|mover| mover.transform(frame.tick, clock));
+    FrameTransforms { transforms: leader.chain(uavs).chain(movers).collect() }
 }
 
 /// A rotation about the vertical axis.
@@ -129,16 +132,26 @@ fn relative_to(place: Point2<f64>, leader: &LeaderState) -> Point2<f64> {
 mod tests {
     use super::*;
     use crate::testing;
+    use ringwing_scenario::ObstacleSection;
 
     #[test]
     fn one_message_holds_all_coordinate_frames() {
-        let scenario = testing::ring_of(3, 40.0);
+        let mut scenario = testing::ring_of(3, 40.0);
+        let drifting = ObstacleSection { velocity_m_s: [0.0, 2.0], ..testing::obstacle([5.0, 6.0]) };
+        scenario.obstacles = vec![testing::obstacle([9.0, 9.0]), drifting];
+        scenario.intruders = vec![testing::intruder([7.0, 0.0])];
         let mut frame = testing::at_rest(&scenario, 100);
         frame.uavs[1].state = None;
-        let message = transforms(&frame, Clock::new(100));
+        let message = transforms(&frame, &movers(&scenario), Clock::new(100));
         let names: Vec<_> =
             message.transforms.iter().map(|one| (&*one.parent_frame_id, &*one.child_frame_id)).collect();
-        assert_eq!(names, [("map", "leader"), ("map", "uav_001"), ("map", "uav_003")]);
+        assert_eq!(
+            names,
+            ["leader", "uav_001", "uav_003", "obstacle_2", "intruder_1"].map(|frame| ("map", frame))
+        );
+        assert_eq!(message.transforms[3].translation, Some(Vector3 { x: 5.0, y: 8.0, z: 0.0 }));
+        let north = turned(std::f64::consts::FRAC_PI_2);
+        assert_eq!(message.transforms[4].rotation, Some(north));
         assert_eq!(message.transforms[0].translation, Some(Vector3 { x: 15.0, y: 0.0, z: 0.0 }));
         assert_eq!((uav_frame(7, 999), uav_frame(7, 1000)), ("uav_007".into(), "uav_0007".into()));
     }

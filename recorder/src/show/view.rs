@@ -6,7 +6,7 @@
 use super::{
     faults::CurrentFaults,
     geo::Earth,
-    scene::{self, CraftScene, Trails},
+    scene::{self, CraftScene, Mover, Trails},
     timing::TimingWatch,
 };
 use crate::{
@@ -16,7 +16,7 @@ use crate::{
 };
 use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Pose, PoseInFrame, SceneUpdate, Vector3};
 use ringwing_flight::{Event, LeaderState, LivingRing, TickTiming};
-use ringwing_scenario::{ObstacleSection, Scenario};
+use ringwing_scenario::Scenario;
 
 // Messages per simulated second. Raw states are logged every tick; higher rates here only make the log larger, and
 // lower ones make playback jerky or late.
@@ -59,7 +59,8 @@ pub(crate) struct Viewer {
     clock: Clock,
     /// L of the whole ring, m.
     spacing_m: f64,
-    obstacles: Vec<ObstacleSection>,
+    scenario: Scenario,
+    movers: Vec<Mover>,
     earth: Earth,
     /// Whether the ring closes after a loss, so that links skip the lost UAVs.
     closes: bool,
@@ -82,8 +83,9 @@ impl Viewer {
         Self {
             clock,
             spacing_m: formation.spacing_m(),
-            obstacles: scenario.obstacles.clone(),
-            earth: Earth::new(&scenario.georeference, &scenario.obstacles),
+            scenario: scenario.clone(),
+            movers: scene::movers(scenario),
+            earth: Earth::new(scenario),
             stale_s: scenario.airframe.command_timeout_s,
             closes: scenario.control.ring_closes,
             watch: CurrentFaults::default(),
@@ -120,18 +122,18 @@ impl Viewer {
         TickView {
             faults: self.faults(tick),
             leader_fix: due(MAP_HZ).and(frame.leader).map(|leader| self.earth.leader_fix(&leader, clock)),
-            map: due(MAP_HZ).map(|()| self.earth.uavs_on_map(frame)),
+            map: due(MAP_HZ).map(|()| self.earth.uavs_on_map(frame, clock)),
             leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| leader_pose(&leader, clock)),
             formation: self.formation(frame),
             // What never changes is written once: a viewer that seeks shows the last message of every topic before
             // that time.
-            obstacles: is_first.then(|| scene::obstacles(&self.obstacles, clock, tick)),
+            obstacles: is_first.then(|| scene::obstacles(&self.scenario, clock, tick)),
             ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
             trails: due(TRAILS_HZ).map(|()| self.trails.scene(frame)),
             uavs: self.craft.scene(frame, &self.watch, clock),
             metrics: due(STATES_HZ).map(|()| SwarmMetrics::of(moment, &frame.ring)),
             state: due(STATES_HZ).map(|()| SwarmState::of(frame)),
-            transforms: due(STATES_HZ).map(|()| scene::transforms(frame, clock)),
+            transforms: due(STATES_HZ).map(|()| scene::transforms(frame, &self.movers, clock)),
             timing: due(TIMING_HZ).and_then(|()| self.timing.take(tick)),
         }
     }

@@ -62,6 +62,12 @@ pub struct SensingSection {
     pub traffic_noise_m: f64,
     /// Standard deviation of the error of its heading.
     pub traffic_noise_deg: f64,
+    /// A UAV's radar sees an intruder that does not cooperate once it is nearer than this.
+    pub radar_range_m: f64,
+    /// Standard deviation of the error of each coordinate that the radar measures.
+    pub radar_noise_m: f64,
+    /// The radar takes speed and heading from where it saw an intruder now and this long ago.
+    pub radar_track_s: f64,
 }
 
 impl Default for SensingSection {
@@ -73,6 +79,10 @@ impl Default for SensingSection {
             traffic_loss: 0.0,
             traffic_noise_m: 0.0,
             traffic_noise_deg: 0.0,
+            radar_range_m: 120.0,
+            radar_noise_m: 0.0,
+            // Shorter, and noise makes the speed useless; longer, and a turn is noticed late.
+            radar_track_s: 1.0,
         }
     }
 }

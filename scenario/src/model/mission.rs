@@ -1,4 +1,4 @@
-//! The mission of the swarm: time, formation, leader, obstacles and requirements.
+//! The mission of the swarm: time, formation, leader and requirements.
 
 use nalgebra::Vector2;
 use ringwing_flight::{Formation, Shape};
@@ -174,20 +174,6 @@ impl Default for LeaderSection {
         // The speed and heading of Section 4, which gives no start.
         Self { start_m: [0.0, 0.0], heading_deg: 0.0, speed_m_s: 15.0 }
     }
-}
-
-/// `[[obstacles]]`: a circle that no UAV may enter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ObstacleSection {
-    /// Name in tables and pictures.
-    pub name: String,
-    /// The centre.
-    pub position_m: [f64; 2],
-    /// `R_obs`.
-    pub radius_m: f64,
-    /// `L_obs`: the distance from the centre within which the obstacle repels, Eq. (13).
-    pub braking_distance_m: f64,
 }
 
 /// `[requirements]`: what the flight must achieve. A key that is left out requires nothing, except that no process may be

@@ -10,15 +10,16 @@ mod control;
 mod mission;
 mod process;
 mod start;
+mod surroundings;
 
 pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
 pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection, SafetySection};
 pub use mission::{
-    Assignment, FormationSection, LeaderSection, ObstacleSection, OffsetSection, RequirementsSection,
-    ShapeName, TimeSection,
+    Assignment, FormationSection, LeaderSection, OffsetSection, RequirementsSection, ShapeName, TimeSection,
 };
 pub use process::{IpcSection, SupervisionSection, Wake};
 pub use start::{DrawSection, StartSection, StartState};
+pub use surroundings::{IntruderSection, ObstacleFieldSection, ObstacleSection};
 
 use crate::{Fault, FaultSchedule, assignment};
 use ringwing_flight::{Formation, LivingRing, Pace, RingOrder};
@@ -69,8 +70,14 @@ pub struct Scenario {
     pub requirements: RequirementsSection,
     /// Where the UAVs start.
     pub start: StartSection,
-    /// The obstacles.
+    /// Obstacles that the seed draws.
+    #[serde(skip_serializing_if = "ObstacleFieldSection::is_empty")]
+    pub obstacle_field: ObstacleFieldSection,
+    /// The listed obstacles; [`Scenario::all_obstacles`] adds those that are drawn.
     pub obstacles: Vec<ObstacleSection>,
+    /// The aircraft that nobody controls.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub intruders: Vec<IntruderSection>,
     /// The faults of processes and links.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
@@ -166,7 +173,9 @@ impl Default for Scenario {
             ipc: IpcSection::default(),
             requirements: RequirementsSection::default(),
             start: StartSection::default(),
+            obstacle_field: ObstacleFieldSection::default(),
             obstacles: Vec::new(),
+            intruders: Vec::new(),
             faults: Vec::new(),
         }
     }

@@ -1,8 +1,8 @@
 //! The example: a scenario in which every key has a value. It tells which keys exist and which type each has.
 
 use crate::{
-    Fault, FormationSection, ObstacleSection, OffsetSection, RequirementsSection, Scenario, StartSection,
-    StartState, key,
+    Fault, FormationSection, IntruderSection, ObstacleFieldSection, ObstacleSection, OffsetSection,
+    RequirementsSection, Scenario, StartSection, StartState, key,
 };
 use std::sync::LazyLock;
 use toml::{
@@ -16,6 +16,17 @@ static TREE: LazyLock<DeValue<'static>> = LazyLock::new(|| {
     let table = DeTable::parse(&TEXT).expect("`to_toml` writes TOML");
     DeValue::Table(table.into_inner())
 });
+
+/// Keys of lists of sections that may be left out; see [`is_optional`].
+const OPTIONAL: [&str; 7] = [
+    "obstacles.velocity_m_s",
+    "obstacles.waypoints_m",
+    "obstacles.waypoint_speed_m_s",
+    "obstacles.repeat",
+    "intruders.turn_rate_rad_s",
+    "intruders.waypoints_m",
+    "intruders.repeat",
+];
 
 /// The example itself.
 pub(crate) fn scenario() -> Scenario {
@@ -39,11 +50,25 @@ pub(crate) fn scenario() -> Scenario {
             uavs: vec![StartState { position_m: [-60.0, 20.0], heading_deg: 0.0, speed_m_s: 15.0 }],
             ..StartSection::default()
         },
+        obstacle_field: ObstacleFieldSection { circles: 3, ..ObstacleFieldSection::default() },
         obstacles: vec![ObstacleSection {
             name: "Obstacle 1".into(),
             position_m: [900.0, 42.0],
             radius_m: 10.0,
             braking_distance_m: 20.0,
+            velocity_m_s: [-2.0, 0.5],
+            waypoints_m: vec![[860.0, 60.0], [820.0, 20.0]],
+            waypoint_speed_m_s: 3.0,
+            repeat: true,
+        }],
+        intruders: vec![IntruderSection {
+            position_m: [400.0, -300.0],
+            heading_deg: 90.0,
+            speed_m_s: 20.0,
+            cooperative: true,
+            turn_rate_rad_s: 0.1,
+            waypoints_m: vec![[400.0, 0.0], [600.0, 100.0]],
+            repeat: true,
         }],
         faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("the example of a fault parses")],
         ..Scenario::default()
@@ -55,13 +80,14 @@ pub(super) fn tree() -> &'static DeValue<'static> {
     &TREE
 }
 
-/// The example's value of `key`. The one item that a list of sections has stands for every index.
+/// The example's value of `key`. The first item of a list of sections or of positions stands for every index.
 pub(super) fn at(key: &str) -> Option<&'static DeValue<'static>> {
     key.split('.').try_fold(tree(), |value, part| match value {
         DeValue::Table(table) => table.get(part).map(Spanned::get_ref),
         DeValue::Array(list) => {
             let index: usize = part.parse().ok()?;
-            list.get(if is_section_list(value) { 0 } else { index }).map(Spanned::get_ref)
+            let has_any_length = is_section_list(value) || is_position_list(value);
+            list.get(if has_any_length { 0 } else { index }).map(Spanned::get_ref)
         }
         _ => None,
     })
@@ -92,6 +118,17 @@ pub(super) fn is_section_list(value: &DeValue<'_>) -> bool {
     value.as_array().is_some_and(|list| list.first().is_some_and(|first| first.get_ref().is_table()))
 }
 
+/// Whether `value` is a list of positions, such as waypoints.
+pub(super) fn is_position_list(value: &DeValue<'_>) -> bool {
+    value.as_array().is_some_and(|list| list.first().is_some_and(|first| first.get_ref().is_array()))
+}
+
+/// Whether the section of a list may leave out `key`, as `obstacles.3.repeat`.
+pub(super) fn is_optional(key: &str) -> bool {
+    let names: Vec<&str> = key.split('.').filter(|part| part.parse::<usize>().is_err()).collect();
+    OPTIONAL.contains(&&*names.join("."))
+}
+
 /// What to write for `key`, whose value in the example is `wanted`.
 pub(super) fn remedy(key: &str, wanted: &DeValue<'_>) -> String {
     let of_unit = key::unit(key).map_or(String::new(), |unit| format!(" of {}", unit.plural));
@@ -104,7 +141,10 @@ pub(super) fn remedy(key: &str, wanted: &DeValue<'_>) -> String {
         DeValue::String(text) => format!("give text in quotes, such as \"{text}\""),
         DeValue::Boolean(_) => "give true or false, without quotes".into(),
         DeValue::Array(_) if is_section_list(wanted) => format!("give one [[{key}]] section for each, or []"),
-        // The only plain lists of a scenario are positions.
+        DeValue::Array(_) if is_position_list(wanted) => {
+            format!("give positions{of_unit}, such as [[900.0, 42.0], [950.0, 0.0]]")
+        }
+        // The only other lists of a scenario are positions and velocities.
         DeValue::Array(_) => format!("give two numbers{of_unit}, such as [900.0, 42.0]"),
         DeValue::Table(_) | DeValue::Datetime(_) => "give a section with its keys".into(),
     }

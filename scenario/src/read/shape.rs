@@ -63,7 +63,8 @@ fn fit_table(table: &mut DeTable<'_>, wanted: &DeTable<'static>, key: &str, mism
     }
 }
 
-/// Fits each section of a list of sections; unlike other sections, they have no defaults, so every key is required.
+/// Fits each section of a list of sections. Unlike other sections, they have no defaults, so every key is required but for a
+/// few.
 fn fit_list(list: &mut DeArray<'_>, wanted: &DeArray<'static>, key: &str, mismatches: &mut Vec<Mismatch>) {
     // Only lists of sections go further: `type_error` has checked the numbers of a position.
     let Some(DeValue::Table(every)) = wanted.first().map(Spanned::get_ref) else { return };
@@ -85,8 +86,8 @@ fn add_missing(
     mismatches: &mut Vec<Mismatch>,
 ) {
     for (name, wanted) in every {
-        if !table.contains_key(name.get_ref().as_ref()) {
-            let key = key::join(section, name.get_ref());
+        let key = key::join(section, name.get_ref());
+        if !table.contains_key(name.get_ref().as_ref()) && !example::is_optional(&key) {
             let message = format!("missing: {}", example::remedy(&key, wanted.get_ref()));
             mismatches.push(Mismatch { key, position, message });
             table.insert(Spanned::new(0..0, name.get_ref().clone()), wanted.clone());
@@ -101,6 +102,10 @@ fn type_error(value: &DeValue<'_>, wanted: &DeValue<'_>) -> Option<String> {
         (DeValue::Float(_) | DeValue::Integer(_), DeValue::Float(_)) => number_error(number(value)?),
         (DeValue::Float(float), DeValue::Integer(_)) => {
             Some(format!("{} is not a whole number", float.as_str()))
+        }
+        (DeValue::Array(list), DeValue::Array(places)) if example::is_position_list(wanted) => {
+            let place = places.first()?.get_ref();
+            list.iter().find_map(|item| type_error(item.get_ref(), place))
         }
         (DeValue::Array(list), DeValue::Array(pair)) if !example::is_section_list(wanted) => {
             list_error(list, pair)
@@ -260,6 +265,28 @@ mod tests {
     #[test]
     fn a_tree_of_the_right_shape_has_no_mismatch() {
         assert!(mismatches("formation.spacing_m = 40\nleader.start_m = [0, -1]\nobstacles = []").is_empty());
+        assert!(mismatches(MAST).is_empty(), "how an obstacle moves may be left out");
+    }
+
+    /// An obstacle that stands.
+    const MAST: &str =
+        "[[obstacles]]\nname = 'mast'\nposition_m = [1, 2]\nradius_m = 3\nbraking_distance_m = 9\n";
+
+    #[test]
+    fn a_list_of_positions_has_any_number_of_pairs() {
+        let waypoints = |list: &str| mismatches(&format!("{MAST}waypoints_m = {list}"));
+        for list in ["[]", "[[1, 2]]", "[[1, 2], [3.5, 4], [5, 6]]"] {
+            assert!(waypoints(list).is_empty(), "{list}");
+        }
+        let remedy = "give positions of metres, such as [[900.0, 42.0], [950.0, 0.0]]";
+        for (list, wanted) in [
+            ("[1, 2]", "1 is a number"),
+            ("[[1, 2], [3]]", "this is a list of 1 item"),
+            ("[[1, nan]]", "NaN is not finite"),
+            ("'there'", "\"there\" is text"),
+        ] {
+            assert_eq!(waypoints(list), [format!("obstacles.0.waypoints_m: {wanted}: {remedy}")]);
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Never sees a number that is not finite or too large to compute with: `read` refuses those.
 
 mod formation;
+mod intruders;
 mod places;
 #[cfg(test)]
 mod tests;
@@ -61,7 +62,9 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(requirements(scenario));
     violations.extend(places::draw(scenario));
     violations.extend(places::obstacles(scenario));
+    violations.extend(places::obstacle_field(scenario));
     violations.extend(places::starts(scenario));
+    violations.extend(intruders::intruders(scenario));
     violations.extend(faults(scenario));
     violations
 }
@@ -165,6 +168,11 @@ fn sensing(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         quantity("sensing.traffic_loss", sensing.traffic_loss).within(0.0..=1.0),
         quantity("sensing.traffic_noise_m", sensing.traffic_noise_m).not_below_zero(),
         quantity("sensing.traffic_noise_deg", sensing.traffic_noise_deg).within(0.0..=180.0),
+        quantity("sensing.radar_range_m", sensing.radar_range_m).above_zero(),
+        quantity("sensing.radar_noise_m", sensing.radar_noise_m).not_below_zero(),
+        // Two looks of a radar are at least a tick apart.
+        shorter_than(quantity("sensing.radar_track_s", sensing.radar_track_s), 1, scenario)
+            .or_else(|| quantity("sensing.radar_track_s", sensing.radar_track_s).within(0.0..=TIMEOUT_MAX_S)),
     ]
     .into_iter()
     .flatten()

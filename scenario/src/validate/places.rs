@@ -4,13 +4,15 @@ use super::{
     angle,
     violation::{CheckedQuantity, Violation, quantity},
 };
-use crate::{ObstacleSection, Scenario, StartState};
+use crate::{ObstacleSection, Scenario, StartState, field::CIRCLE_NAME};
 use nalgebra::{Point2, distance};
 use ringwing_flight::counted;
 
 /// Most obstacles of a scenario. Every UAV is checked against every obstacle in every tick, so many more make the
 /// world slow.
 const OBSTACLES_MAX: usize = 1000;
+/// Most waypoints of one obstacle or intruder. Every tick searches through them, so many more make the world slow.
+const WAYPOINTS_MAX: usize = 1000;
 /// Longest name of an obstacle, in characters. A longer one does not fit the tables and pictures that show it.
 const OBSTACLE_NAME_MAX: usize = 40;
 
@@ -26,11 +28,32 @@ pub(super) fn draw(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     .flatten()
 }
 
+/// The bounds of the field count only if it has circles.
+pub(super) fn obstacle_field(scenario: &Scenario) -> impl Iterator<Item = Violation> {
+    let field = &scenario.obstacle_field;
+    let smallest = quantity("obstacle_field.radius_min_m", field.radius_min_m);
+    let braking = quantity("obstacle_field.braking_m", field.braking_m);
+    [
+        quantity("obstacle_field.length_m", field.length_m).above_zero(),
+        quantity("obstacle_field.width_m", field.width_m).above_zero(),
+        smallest.above_zero(),
+        smallest.at_most(quantity("obstacle_field.radius_max_m", field.radius_max_m)),
+        braking.above_zero(),
+        // A circle must be sensed before it repels.
+        braking.at_most(quantity("sensing.range_m", scenario.sensing.range_m)),
+    ]
+    .into_iter()
+    .flatten()
+    .filter(|_| !scenario.obstacle_field.is_empty())
+}
+
 pub(super) fn obstacles(scenario: &Scenario) -> Vec<Violation> {
-    let count = scenario.obstacles.len();
+    let field = &scenario.obstacle_field;
+    let count = scenario.obstacles.len() + field.circles as usize;
     let range = quantity("sensing.range_m", scenario.sensing.range_m);
     let too_many = (count > OBSTACLES_MAX).then(|| {
-        Violation::at("obstacles", format!("{count} obstacles are more than {OBSTACLES_MAX}: remove some"))
+        let message = format!("{count} obstacles are more than {OBSTACLES_MAX}: remove some");
+        Violation::at("obstacles", &*message).or_at("obstacle_field.circles", message)
     });
     let mut violations: Vec<_> = [range.above_zero(), too_many].into_iter().flatten().collect();
     for (index, obstacle) in scenario.obstacles.iter().enumerate() {
@@ -40,12 +63,33 @@ pub(super) fn obstacles(scenario: &Scenario) -> Vec<Violation> {
         violations.extend(obstacle_name(scenario, index, obstacle));
         violations.extend(radius.above_zero());
         violations.extend(radius.below(quantity(&braking_key, obstacle.braking_distance_m)));
+        let speed = ("waypoint_speed_m_s", obstacle.waypoint_speed_m_s);
+        violations.extend(waypoints(&key("waypoints_m"), &obstacle.waypoints_m, &key(speed.0), speed.1));
         violations.extend(
             // The distance from the edge depends on the radius, so it means nothing if that is wrong.
             sensed_too_late(range, &braking_key, obstacle).map(|late| late.depending_on(&radius_key)),
         );
     }
     violations
+}
+
+/// Waypoints need a speed to be reached.
+pub(super) fn waypoints(
+    key: &str,
+    waypoints_m: &[[f64; 2]],
+    speed_key: &str,
+    speed_m_s: f64,
+) -> Vec<Violation> {
+    let speed = quantity(speed_key, speed_m_s);
+    let count = waypoints_m.len();
+    let too_many = (count > WAYPOINTS_MAX)
+        .then(|| Violation::at(key, format!("{count} waypoints are more than {WAYPOINTS_MAX}: remove some")));
+    let too_slow = if count > 0 {
+        speed.above_zero().map(|slow| slow.depending_on(key))
+    } else {
+        speed.not_below_zero()
+    };
+    [too_many, too_slow].into_iter().flatten().collect()
 }
 
 fn obstacle_name(scenario: &Scenario, index: usize, obstacle: &ObstacleSection) -> Option<Violation> {
@@ -60,6 +104,11 @@ fn obstacle_name(scenario: &Scenario, index: usize, obstacle: &ObstacleSection) 
         return Some(Violation::at(key(index), message));
     }
     // Tables and metrics tell obstacles apart by their names.
+    let drawn = name.strip_prefix(CIRCLE_NAME).and_then(|number| number.parse().ok());
+    if drawn.is_some_and(|number: u32| number <= scenario.obstacle_field.circles) {
+        let message = format!("{name:?} is also the name of a circle of obstacle_field: give another name");
+        return Some(Violation::at(key(index), message).depending_on("obstacle_field.circles"));
+    }
     let same = scenario.obstacles[..index].iter().position(|other| other.name == *name)?;
     let message = format!("{name:?} is also the name of obstacles.{same}: give each obstacle its own name");
     Some(Violation::at(key(index), message).depending_on(key(same)))
@@ -87,11 +136,14 @@ fn sensed_too_late(
 
 pub(super) fn starts(scenario: &Scenario) -> Vec<Violation> {
     let mut violations: Vec<_> = number_of_starts(scenario).into_iter().collect();
+    // Too many circles have a message of their own, and would take too long to draw.
+    let is_drawn = scenario.obstacle_field.circles as usize <= OBSTACLES_MAX;
+    let obstacles = if is_drawn { scenario.all_obstacles() } else { scenario.obstacles.clone() };
     for (index, state) in scenario.start.uavs.iter().enumerate() {
         violations.extend(angle(&format!("start.uavs.{index}.heading_deg"), state.heading_deg));
         violations.extend(start_speed(scenario, index, state));
         violations.extend(too_close(scenario, index));
-        violations.extend(inside_obstacles(scenario, index));
+        violations.extend(inside_obstacles(scenario, &obstacles, index));
     }
     violations
 }
@@ -118,11 +170,11 @@ fn start_speed(scenario: &Scenario, index: usize, state: &StartState) -> impl It
     .flatten()
 }
 
-fn position_key(index: usize) -> String {
+pub(super) fn position_key(index: usize) -> String {
     format!("start.uavs.{index}.position_m")
 }
 
-fn position(state: &StartState) -> Point2<f64> {
+pub(super) fn position(state: &StartState) -> Point2<f64> {
     Point2::from(state.position_m)
 }
 
@@ -148,17 +200,25 @@ fn too_close(scenario: &Scenario, index: usize) -> Option<Violation> {
     )
 }
 
-fn inside_obstacles(scenario: &Scenario, index: usize) -> impl Iterator<Item = Violation> {
+fn inside_obstacles(
+    scenario: &Scenario,
+    obstacles: &[ObstacleSection],
+    index: usize,
+) -> impl Iterator<Item = Violation> {
     let start = position(&scenario.start.uavs[index]);
     let is_around = move |obstacle: &ObstacleSection| {
         distance(&start, &Point2::from(obstacle.position_m)) <= obstacle.radius_m
     };
-    scenario.obstacles.iter().enumerate().filter(move |(_, obstacle)| is_around(obstacle)).map(
+    let listed = scenario.obstacles.len();
+    obstacles.iter().enumerate().filter(move |(_, obstacle)| is_around(obstacle)).map(
         move |(number, obstacle)| {
             let message = format!("UAV {} starts inside {:?}: move one of them", index + 1, obstacle.name);
             let obstacle_key = |name| format!("obstacles.{number}.{name}");
-            Violation::at(position_key(index), &*message)
-                .or_at(obstacle_key("position_m"), &*message)
+            let here = Violation::at(position_key(index), &*message);
+            if number >= listed {
+                return here.or_at("obstacle_field.ahead_m", message).depending_on("obstacle_field");
+            }
+            here.or_at(obstacle_key("position_m"), &*message)
                 .or_at(obstacle_key("radius_m"), &*message)
                 .depending_on(obstacle_key("name"))
         },

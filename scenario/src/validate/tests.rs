@@ -38,7 +38,7 @@ fn the_defaults_and_the_example_are_valid() {
 fn every_quantity_is_checked_at_its_bounds() {
     type Change = fn(&mut Scenario, f64);
     // The key, how to set it, values that are just valid, and values that are not.
-    let bounds: [(&str, Change, &[f64], &[f64]); 42] = [
+    let bounds: [(&str, Change, &[f64], &[f64]); 52] = [
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
         ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
@@ -79,6 +79,21 @@ fn every_quantity_is_checked_at_its_bounds() {
         ("sensing.traffic_loss", |s, v| s.sensing.traffic_loss = v, &[0.0, 1.0], &[-0.1, 1.1]),
         ("sensing.traffic_noise_m", |s, v| s.sensing.traffic_noise_m = v, &[0.0], &[-1.0]),
         ("sensing.traffic_noise_deg", |s, v| s.sensing.traffic_noise_deg = v, &[0.0, 180.0], &[-1.0, 181.0]),
+        ("sensing.radar_range_m", |s, v| s.sensing.radar_range_m = v, &[1e-9], &[0.0, -1.0]),
+        ("sensing.radar_noise_m", |s, v| s.sensing.radar_noise_m = v, &[0.0], &[-1.0]),
+        ("sensing.radar_track_s", |s, v| s.sensing.radar_track_s = v, &[0.01, 3600.0], &[0.0, 3601.0]),
+        ("obstacle_field.length_m", |s, v| s.obstacle_field.length_m = v, &[1e-9], &[0.0, -1.0]),
+        ("obstacle_field.width_m", |s, v| s.obstacle_field.width_m = v, &[1e-9], &[0.0, -1.0]),
+        (
+            "obstacle_field.radius_min_m",
+            |s, v| s.obstacle_field.radius_min_m = v,
+            &[1e-9, 20.0],
+            &[0.0, -1.0],
+        ),
+        ("obstacle_field.radius_max_m", |s, v| s.obstacle_field.radius_max_m = v, &[5.0], &[4.9]),
+        ("obstacle_field.braking_m", |s, v| s.obstacle_field.braking_m = v, &[1e-9, 150.0], &[0.0, -1.0]),
+        ("intruders.0.speed_m_s", |s, v| s.intruders[0].speed_m_s = v, &[1e-9], &[0.0, -1.0]),
+        ("intruders.0.heading_deg", |s, v| s.intruders[0].heading_deg = v, &[-360.0, 360.0], &[-361.0]),
         ("safety.separation_m", |s, v| s.safety.separation_m = v, &[2.1, 39.9], &[2.0, -1.0]),
         ("safety.clearance_m", |s, v| s.safety.clearance_m = v, &[0.0], &[-1.0]),
         ("safety.horizon_s", |s, v| s.safety.horizon_s = v, &[0.01, 60.0], &[0.0, 61.0]),
@@ -208,6 +223,64 @@ fn an_obstacle_has_a_size_and_a_name_and_is_sensed_in_time() {
     };
     assert_eq!(blamed(|s| many(s, 1000)), [""; 0]);
     assert_eq!(messages(|s| many(s, 1001)), ["obstacles: 1001 obstacles are more than 1000: remove some"]);
+}
+
+#[test]
+fn drawn_obstacles_count_and_have_names_of_their_own() {
+    assert_eq!(
+        messages(|s| s.obstacle_field.circles = u32::MAX),
+        ["obstacles: 4294967296 obstacles are more than 1000: remove some"]
+    );
+    assert_eq!(
+        messages(|s| s.obstacles[0].name = "Circle 3".into()),
+        ["obstacles.0.name: \"Circle 3\" is also the name of a circle of obstacle_field: give another name"]
+    );
+    assert_eq!(messages(|s| s.obstacles[0].name = "Circle 4".into()), [""; 0], "the field has three");
+    let onto_the_starts = |s: &mut Scenario| {
+        (s.obstacle_field.ahead_m, s.obstacle_field.length_m, s.obstacle_field.width_m) = (0.0, 1e-3, 1e-3);
+    };
+    assert_eq!(
+        messages(onto_the_starts)[0],
+        "start.uavs.0.position_m: UAV 1 starts inside \"Circle 1\": move one of them"
+    );
+    let without = |s: &mut Scenario| (s.obstacle_field.circles, s.obstacle_field.width_m) = (0, -1.0);
+    assert_eq!(messages(without), [""; 0], "without circles the other keys do not matter");
+}
+
+#[test]
+fn waypoints_need_a_speed() {
+    assert_eq!(
+        messages(|s| s.obstacles[0].waypoint_speed_m_s = 0.0),
+        ["obstacles.0.waypoint_speed_m_s: 0 m/s is not above 0: give a larger value"]
+    );
+    let still = |s: &mut Scenario| s.obstacles[0].waypoints_m.clear();
+    assert_eq!(messages(|s| (still(s), s.obstacles[0].waypoint_speed_m_s = 0.0).1), [""; 0]);
+    assert_eq!(
+        blamed(|s| (still(s), s.obstacles[0].waypoint_speed_m_s = -1.0).1),
+        ["obstacles.0.waypoint_speed_m_s"]
+    );
+    assert_eq!(
+        messages(|s| s.obstacles[0].waypoints_m = vec![[0.0; 2]; 1001]),
+        ["obstacles.0.waypoints_m: 1001 waypoints are more than 1000: remove some"]
+    );
+}
+
+#[test]
+fn an_intruder_flies_and_starts_away_from_every_uav() {
+    let straight = |s: &mut Scenario| s.intruders[0].waypoints_m.clear();
+    let message = "intruders.0.speed_m_s: 0 m/s is not above 0: give a larger value";
+    assert_eq!(messages(|s| s.intruders[0].speed_m_s = 0.0), [message]);
+    assert_eq!(messages(|s| (straight(s), s.intruders[0].speed_m_s = 0.0).1), [message]);
+    assert_eq!(
+        messages(|s| s.intruders[0].position_m = [30.0, 1.0]),
+        [
+            "intruders.0.position_m: UAV 4 starts 1.00 m from intruder 1, within airframe.collision_distance_m 2 m: move one of them away"
+        ]
+    );
+    assert_eq!(
+        messages(|s| s.intruders = vec![s.intruders[0].clone(); 101]),
+        ["intruders: 101 intruders are more than 100: remove some"]
+    );
 }
 
 #[test]

@@ -9,12 +9,15 @@ use ringwing_drawing::{
     RGBColor,
     chart::{Chart, Curve, Mark, Stroke, Symbol},
 };
+use ringwing_flight::{IntruderId, Route, RoutePoint};
 use ringwing_recorder::show::circle;
-use ringwing_scenario::ObstacleSection;
+use ringwing_scenario::{IntruderSection, ObstacleSection};
 
 /// Moments at which the formation is drawn, as shares of the flight. More cover each other and the trajectories; with fewer,
 /// what is flown between them must be guessed.
 const MOMENTS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// Largest number of obstacles with their names. More names cover each other.
+const NAMED_OBSTACLES: usize = 8;
 /// Most collisions that are marked. More marks hide the trajectories; the table of events has all.
 const MARKED_COLLISIONS: usize = 40;
 
@@ -52,7 +55,12 @@ pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
 fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     // With many UAVs, names would fill the legend.
     let has_names = flight.uavs.len() <= DRAWN_UAVS;
-    let mut lines: Vec<Curve> = flight.scenario.obstacles.iter().flat_map(circles).collect();
+    let obstacles = flight.scenario.all_obstacles();
+    let mut lines: Vec<Curve> = obstacles.iter().flat_map(|obstacle| shapes(flight, obstacle)).collect();
+    lines.extend((1..).zip(&flight.scenario.intruders).map(|(number, intruder)| Curve {
+        name: IntruderId(number).to_string(),
+        ..path(ALARM, way(flight, &intruder.route()))
+    }));
     lines.extend(flight.uavs.iter().enumerate().map(|(uav, columns)| Curve {
         name: if has_names { name_of(uav) } else { String::new() },
         ..path(colour(uav), points(&columns.x_m, &columns.y_m))
@@ -96,7 +104,10 @@ fn place(uav: &UavColumns, tick: usize) -> Option<(f64, f64)> {
 }
 
 fn marks(flight: &LoggedFlight) -> Vec<Mark> {
-    let names = flight.scenario.obstacles.iter().map(|obstacle| {
+    let obstacles = flight.scenario.all_obstacles();
+    // The names of a whole field would hide it.
+    let named = if obstacles.len() <= NAMED_OBSTACLES { &*obstacles } else { &[] };
+    let names = named.iter().map(|obstacle| {
         let [x, y] = obstacle.position_m;
         Mark { at: (x, y), text: obstacle.name.clone(), symbol: Symbol::Text, colour: ALARM }
     });
@@ -107,7 +118,22 @@ fn marks(flight: &LoggedFlight) -> Vec<Mark> {
         symbol: Symbol::Cross,
         colour: ALARM,
     });
-    names.chain(moments(flight).flat_map(|tick| headings(flight, tick))).chain(collisions).collect()
+    let headings = moments(flight).flat_map(|tick| headings(flight, tick));
+    names.chain(intruders(flight)).chain(headings).chain(collisions).collect()
+}
+
+/// An arrow at every intruder, at each of the moments.
+fn intruders(flight: &LoggedFlight) -> Vec<Mark> {
+    let times_s: Vec<f64> = moments(flight).filter_map(|tick| flight.times_s.get(tick).copied()).collect();
+    let arrow = |point: RoutePoint| {
+        let [x, y] = point.pose.position.into();
+        let symbol = Symbol::Arrow(point.pose.heading_rad);
+        Mark { at: (x, y), text: String::new(), symbol, colour: ALARM }
+    };
+    let routes = flight.scenario.intruders.iter().map(IntruderSection::route);
+    routes
+        .flat_map(|route| times_s.iter().map(|time_s| arrow(route.at(*time_s))).collect::<Vec<_>>())
+        .collect()
 }
 
 /// An arrow at every UAV of a small swarm at a tick, and the time at the first one.
@@ -129,10 +155,32 @@ fn headings(flight: &LoggedFlight, tick: usize) -> Vec<Mark> {
     marks
 }
 
-/// An obstacle's body, and the circle within which it repels.
-fn circles(obstacle: &ObstacleSection) -> [Curve; 2] {
+/// An obstacle, or if it moves, its way and where it is at the moments at which the ring is drawn.
+fn shapes(flight: &LoggedFlight, obstacle: &ObstacleSection) -> Vec<Curve> {
+    let route = obstacle.route();
+    if !obstacle.moves() {
+        return circles(obstacle, obstacle.position_m).into();
+    }
+    let name = "way of an obstacle".into();
+    let line = Curve { name, stroke: Stroke::Dashed, ..path(ALARM, way(flight, &route)) };
+    let times_s = moments(flight).filter_map(|tick| flight.times_s.get(tick));
+    let bodies = times_s.flat_map(|time_s| circles(obstacle, route.at(*time_s).pose.position.into()));
+    bodies.chain([line]).collect()
+}
+
+/// Where something is that moves by itself, over the flight.
+fn way(flight: &LoggedFlight, route: &Route) -> Vec<Option<(f64, f64)>> {
+    let place = |time_s: &f64| {
+        let [x, y] = route.at(*time_s).pose.position.into();
+        Some((x, y))
+    };
+    flight.times_s.iter().map(place).collect()
+}
+
+/// An obstacle's body with its centre there, and the circle within which it repels.
+fn circles(obstacle: &ObstacleSection, centre_m: [f64; 2]) -> [Curve; 2] {
     let circle = |radius_m: f64| {
-        let corners = circle::polygon(obstacle.position_m.into(), radius_m, circle::CORNERS);
+        let corners = circle::polygon(centre_m.into(), radius_m, circle::CORNERS);
         let mut outline: Vec<_> = corners.map(|corner| Some((corner.x, corner.y))).collect();
         // The first corner again closes the circle.
         outline.extend(outline.first().copied());

@@ -57,6 +57,7 @@ pub(super) fn all(flight: &LoggedFlight) -> Vec<FlightFigure> {
     figures.push(slot_errors(flight));
     figures.extend(distances(flight));
     figures.extend(speeds(flight));
+    // Drawn circles have none of their own: there may be dozens.
     for (number, obstacle) in (1..).zip(&flight.scenario.obstacles) {
         figures.extend(obstacle::figures(flight, number, obstacle));
     }

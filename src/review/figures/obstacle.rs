@@ -26,10 +26,12 @@ struct Repelled {
     distance_m: Column,
 }
 
-/// The figures of an obstacle, which is the `number`th of the scenario; only the close-up if it repelled no UAV.
+/// The figures of an obstacle, which is the `number`th of the scenario; only the close-up if it repelled no UAV. One that
+/// moves has no close-up, because the UAVs pass it in many places.
 pub(super) fn figures(flight: &LoggedFlight, number: usize, obstacle: &ObstacleSection) -> Vec<FlightFigure> {
     let repelled = repelled(flight, obstacle);
-    let mut figures = vec![close_up(flight, number, obstacle)];
+    let close_up = (!obstacle.moves()).then(|| close_up(flight, number, obstacle));
+    let mut figures = Vec::from_iter(close_up);
     if repelled.is_empty() {
         return figures;
     }
@@ -88,10 +90,11 @@ fn repulsions(
 
 /// The UAVs that an obstacle repelled, by ascending number. Of many, only those that came closest.
 fn repelled(flight: &LoggedFlight, obstacle: &ObstacleSection) -> Vec<Repelled> {
-    let [x, y] = obstacle.position_m;
+    let route = obstacle.route();
+    let centres: Vec<_> = flight.times_s.iter().map(|time_s| route.at(*time_s).pose.position).collect();
     let distance = |uav: &UavColumns| -> Column {
-        let places = points(&uav.x_m, &uav.y_m).into_iter();
-        places.map(|place| place.map(|(east, north)| (east - x).hypot(north - y))).collect()
+        let places = points(&uav.x_m, &uav.y_m).into_iter().zip(&centres);
+        places.map(|(place, centre)| place.map(|(x, y)| (x - centre.x).hypot(y - centre.y))).collect()
     };
     let mut near: Vec<(f64, Repelled)> = Vec::new();
     for (uav, columns) in flight.uavs.iter().enumerate() {

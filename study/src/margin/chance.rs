@@ -9,7 +9,18 @@ use ringwing_scenario::{
 
 /// Whether flights of `scenario` with different seeds may differ.
 pub(super) fn depends_on_seed(scenario: &Scenario) -> bool {
-    scenario.start.uavs.is_empty() || scenario.faults.iter().any(|fault| draws(&fault.action))
+    scenario.start.uavs.is_empty()
+        || !scenario.obstacle_field.is_empty()
+        || has_noisy_senses(scenario)
+        || scenario.faults.iter().any(|fault| draws(&fault.action))
+}
+
+/// Whether reports of other aircraft have errors or get lost. Only a collision filter uses them.
+fn has_noisy_senses(scenario: &Scenario) -> bool {
+    let sensing = &scenario.sensing;
+    let draws =
+        [sensing.traffic_loss, sensing.traffic_noise_m, sensing.traffic_noise_deg, sensing.radar_noise_m];
+    scenario.control.collision_filter && draws != [0.0; 4]
 }
 
 fn draws(action: &Action) -> bool {
@@ -51,14 +62,21 @@ mod tests {
     }
 
     #[test]
-    fn drawn_starts_and_lossy_links_depend_on_the_seed() {
+    fn drawn_starts_and_fields_noisy_senses_and_lossy_links_depend_on_the_seed() {
         let mut scenario = Scenario::read(&Source::find("paper-4.1").unwrap(), &[]).unwrap();
         assert!(!depends_on_seed(&scenario));
         scenario.faults = vec!["at 1 s link all->all loss 1 %".parse().unwrap()];
         assert!(depends_on_seed(&scenario));
         scenario.faults = vec!["at 1 s link all->all delay 1 s".parse().unwrap()];
         assert!(!depends_on_seed(&scenario));
-        scenario.start.uavs.clear();
-        assert!(depends_on_seed(&scenario));
+        let changed = |change: fn(&mut Scenario)| {
+            let mut changed = scenario.clone();
+            change(&mut changed);
+            depends_on_seed(&changed)
+        };
+        assert!(changed(|s| s.start.uavs.clear()));
+        assert!(changed(|s| s.obstacle_field.circles = 1));
+        assert!(!changed(|s| s.sensing.radar_noise_m = 1.0), "nobody looks");
+        assert!(changed(|s| (s.control.collision_filter, s.sensing.radar_noise_m) = (true, 1.0)));
     }
 }

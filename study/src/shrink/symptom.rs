@@ -14,8 +14,8 @@ const AT_ONE_MOMENT: [&str; 3] = ["collisions_max", "separation_min_m", "clearan
 pub struct Symptom {
     /// The key in `[requirements]`, or [`ALWAYS`](crate::flight::ALWAYS).
     pub requirement: String,
-    /// Whether two UAVs collided; only for requirements about coming too close.
-    pub uavs_collide: bool,
+    /// Whether a UAV hit another aircraft; only for requirements about coming too close.
+    pub aircraft_collide: bool,
     /// Whether a UAV hit an obstacle; only for requirements about coming too close.
     pub obstacle_hit: bool,
 }
@@ -28,13 +28,13 @@ impl Symptom {
                 .collisions()
                 .any(|timed| matches!(&timed.event, Event::Collision { with, .. } if wanted(with)))
         };
-        let uavs_collide = hits(|with| matches!(with, Collider::Uav(_)));
+        let aircraft_collide = hits(|with| matches!(with, Collider::Uav(_) | Collider::Intruder(_)));
         let obstacle_hit = hits(|with| matches!(with, Collider::Obstacle(_)));
         let symptom = |requirement: &str| {
             let is_close = AT_ONE_MOMENT.contains(&requirement);
             Self {
                 requirement: requirement.into(),
-                uavs_collide: is_close && uavs_collide,
+                aircraft_collide: is_close && aircraft_collide,
                 obstacle_hit: is_close && obstacle_hit,
             }
         };
@@ -52,15 +52,15 @@ impl Symptom {
     /// Whether a flight with the symptom `other` still shows this one. A smaller flight may lose a second kind of
     /// collision, but not the only one.
     pub(super) fn is_shown_by(&self, other: &Self) -> bool {
-        let keeps_kind = (self.uavs_collide && other.uavs_collide)
+        let keeps_kind = (self.aircraft_collide && other.aircraft_collide)
             || (self.obstacle_hit && other.obstacle_hit)
-            || !(self.uavs_collide || self.obstacle_hit);
+            || !(self.aircraft_collide || self.obstacle_hit);
         self.requirement == other.requirement && keeps_kind
     }
 
     /// The symptom in words.
     pub fn sentence(&self) -> String {
-        let event = match (self.uavs_collide, self.obstacle_hit) {
+        let event = match (self.aircraft_collide, self.obstacle_hit) {
             (true, true) => ", with collisions of UAVs and of obstacles",
             (true, false) => ", with a collision of UAVs",
             (false, true) => ", with a collision with an obstacle",

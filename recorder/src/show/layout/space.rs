@@ -1,7 +1,10 @@
 //! The 3D panels and the map.
 
 use super::{ShownLog, panel::Panels};
-use crate::{schema::topics, show::palette};
+use crate::{
+    schema::topics,
+    show::{palette, scene::obstacle_frame},
+};
 use ringwing_scenario::{ObstacleSection, Scenario};
 use serde_json::{Map, Value, json};
 
@@ -28,10 +31,19 @@ pub(super) fn following(shown: &ShownLog, panels: &mut Panels) -> Value {
     panels.add("3D", "The swarm, following its leader", config)
 }
 
-/// A 3D panel that looks down on an obstacle from straight above.
-pub(super) fn above_obstacle(obstacle: &ObstacleSection, shown: &ShownLog, panels: &mut Panels) -> Value {
-    let camera = camera(4.5 * obstacle.braking_distance_m, 0.0, obstacle.position_m);
-    let config = config(shown.scenario, "map", "follow-none", &camera);
+/// A 3D panel that looks down on the `number`th obstacle from straight above, and follows it if it moves.
+pub(super) fn above_obstacle(
+    number: usize,
+    obstacle: &ObstacleSection,
+    shown: &ShownLog,
+    panels: &mut Panels,
+) -> Value {
+    let above = |place_m| camera(4.5 * obstacle.braking_distance_m, 0.0, place_m);
+    let config = if obstacle.moves() {
+        config(shown.scenario, &obstacle_frame(number), "follow-position", &above([0.0; 2]))
+    } else {
+        config(shown.scenario, "map", "follow-none", &above(obstacle.position_m))
+    };
     panels.add("3D", &format!("{} from above", obstacle.name), config)
 }
 

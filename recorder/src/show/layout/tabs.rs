@@ -23,7 +23,7 @@ const LISTED_MODES: usize = 8;
 /// All tabs that have something to show.
 pub(super) fn all(shown: &ShownLog, panels: &mut Panels) -> Vec<Value> {
     let mut tabs = vec![tab("Flight", &flight(shown, panels))];
-    if !shown.scenario.obstacles.is_empty() {
+    if !shown.scenario.all_obstacles().is_empty() {
         tabs.push(tab("Obstacles", &obstacles(shown, panels)));
     }
     // Always there: faults may be requested in flight, long after this layout is written.
@@ -124,11 +124,12 @@ fn raw(topic: &str, title: &str, panels: &mut Panels) -> Value {
 
 /// The paper's Figures 7 and 8: distance and repulsion, beside close-ups of the obstacles.
 fn obstacles(shown: &ShownLog, panels: &mut Panels) -> Value {
-    let farthest = shown.scenario.obstacles.iter().map(|one| one.braking_distance_m).fold(0.0, f64::max);
+    let obstacles = shown.scenario.all_obstacles();
+    let farthest = obstacles.iter().map(|one| one.braking_distance_m).fold(0.0, f64::max);
     // Beyond the farthest reach nothing is repelled, and a larger range would flatten the curves that matter.
     let mut distances =
         PlotPanel::new("Distance to the centre of the nearest obstacle (m)").within(0.0, 2.0 * farthest);
-    for obstacle in shown.scenario.obstacles.iter().take(CLOSE_UPS) {
+    for obstacle in obstacles.iter().take(CLOSE_UPS) {
         distances = distances
             .level(obstacle.radius_m, &format!("R_obs of {}", obstacle.name))
             .level(obstacle.braking_distance_m, &format!("L_obs of {}", obstacle.name));
@@ -147,8 +148,9 @@ fn obstacles(shown: &ShownLog, panels: &mut Panels) -> Value {
             .within(-5.0, 2.0 * farthest)
             .add_to(panels),
     ];
-    let close_ups = shown.scenario.obstacles.iter().take(CLOSE_UPS);
-    let close_ups = close_ups.map(|one| space::above_obstacle(one, shown, panels)).collect();
+    let close_ups = (1..).zip(&obstacles).take(CLOSE_UPS);
+    let close_ups =
+        close_ups.map(|(number, one)| space::above_obstacle(number, one, shown, panels)).collect();
     beside(stacked(plots), 58.0, stacked(close_ups))
 }
 

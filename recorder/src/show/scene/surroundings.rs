@@ -1,35 +1,70 @@
-//! Draws what rarely changes: the obstacles, and the formation that moves with the leader.
+//! Draws what rarely changes: obstacles and intruders, and the formation that moves with the leader.
 //!
-//! Never knows where UAVs are. The obstacles are drawn once, the formation again when the ring of living UAVs changes.
+//! Never knows where UAVs are. Obstacles and intruders are drawn once, the formation again when the ring of living UAVs changes.
+//! An intruder, or an obstacle that moves, has a coordinate frame of its own, which `/tf` moves.
 
-use super::{LEADER, MAP, at, entity, flat, line, text, whole};
+use super::{
+    LEADER, MAP, at, entity, flat, line,
+    movers::{intruder_frame, obstacle_frame},
+    text, whole,
+};
 use crate::{
     clock::Clock,
     metrics::FlownRing,
     show::{circle, palette},
 };
 use foxglove::messages::{
-    CylinderPrimitive, LinePrimitive, Point3, SceneEntity, SceneUpdate, Vector3,
+    CylinderPrimitive, LinePrimitive, Point3, SceneEntity, SceneUpdate, TriangleListPrimitive, Vector3,
     line_primitive::Type::{LineLoop, LineStrip},
 };
 use nalgebra::Point2;
-use ringwing_scenario::ObstacleSection;
+use ringwing_scenario::{ObstacleSection, Scenario};
 
 /// Height of names. Smaller than the names of UAVs, so that these stand out.
 const NAME_PIXELS: f64 = 14.0;
+/// Length of an intruder as a share of the distance between neighbours: about that of a UAV.
+const INTRUDER: f64 = 0.22;
+/// Corners of an intruder of length 1 as (ahead, left): nose, left, tail, right.
+const DART: [(f64, f64); 4] = [(0.5, 0.0), (-0.5, 0.4), (-0.25, 0.0), (-0.5, -0.4)];
 /// Half the width of a slot's mark as a share of the distance between neighbours. Larger marks hide the aircraft in
 /// them.
 const SLOT: f64 = 0.06;
 
-/// The obstacles, each with its name and the circle within which it repels: `/scene/obstacles`.
-pub(crate) fn obstacles(obstacles: &[ObstacleSection], clock: Clock, tick: i64) -> SceneUpdate {
-    let entities = obstacles.iter().map(|obstacle| body(obstacle, clock, tick)).collect();
-    whole(entities, clock, tick)
+/// The obstacles, each with its name and the circle within which it repels, and the intruders: `/scene/obstacles`.
+pub(crate) fn obstacles(scenario: &Scenario, clock: Clock, tick: i64) -> SceneUpdate {
+    let obstacles = scenario.all_obstacles();
+    let obstacles = (1..).zip(&obstacles);
+    let obstacles = obstacles.map(|(number, obstacle)| body(number, obstacle, clock, tick));
+    let size_m = INTRUDER * scenario.formation.spacing_m;
+    let intruders = (1..=scenario.intruders.len()).map(|number| craft(number, size_m, clock, tick));
+    whole(obstacles.chain(intruders).collect(), clock, tick)
 }
 
-fn body(obstacle: &ObstacleSection, clock: Clock, tick: i64) -> SceneEntity {
-    let ([x, y], height, width) = (obstacle.position_m, obstacle.radius_m, 2.0 * obstacle.radius_m);
-    let mut body = entity(MAP, &obstacle.name, clock, tick);
+/// An intruder: a filled dart, so that nobody takes it for a UAV of the swarm.
+fn craft(number: usize, size_m: f64, clock: Clock, tick: i64) -> SceneEntity {
+    let name = format!("intruder {number}");
+    let mut craft = entity(intruder_frame(number), &name, clock, tick);
+    let corner = |(ahead, left): (f64, f64)| flat(ahead * size_m, left * size_m);
+    let [nose, left, tail, right] = DART.map(corner);
+    craft.triangles.push(TriangleListPrimitive {
+        pose: Some(at(0.0, 0.0, 0.0)),
+        points: vec![nose, left, tail, nose, tail, right],
+        color: Some(palette::ALARM.in_scene(1.0)),
+        ..TriangleListPrimitive::default()
+    });
+    let above = Point3 { x: 0.0, y: 0.0, z: 0.9 * size_m };
+    craft.texts.push(text(name, above, NAME_PIXELS, palette::BRIGHT));
+    craft
+}
+
+fn body(number: usize, obstacle: &ObstacleSection, clock: Clock, tick: i64) -> SceneEntity {
+    let (frame, [x, y]) = if obstacle.moves() {
+        (obstacle_frame(number), [0.0; 2])
+    } else {
+        (MAP.to_owned(), obstacle.position_m)
+    };
+    let (height, width) = (obstacle.radius_m, 2.0 * obstacle.radius_m);
+    let mut body = entity(frame, &obstacle.name, clock, tick);
     body.cylinders.push(CylinderPrimitive {
         pose: Some(at(x, y, height / 2.0)),
         size: Some(Vector3 { x: width, y: width, z: height }),
@@ -90,11 +125,25 @@ mod tests {
 
     #[test]
     fn an_obstacle_shows_its_body_its_braking_circle_and_its_name() {
-        let scene = obstacles(&[testing::obstacle([5.0, 6.0])], Clock::new(100), 0);
+        let scenario =
+            Scenario { obstacles: vec![testing::obstacle([5.0, 6.0])], ..testing::ring_of(3, 40.0) };
+        let scene = obstacles(&scenario, Clock::new(100), 0);
         let [tower] = &scene.entities[..] else { panic!("one obstacle") };
         assert_eq!((&*tower.frame_id, &*tower.id, &*tower.texts[0].text), ("map", "tower", "tower"));
         let reach = tower.lines[0].points[0].x - 5.0;
         assert_eq!((reach, tower.cylinders[0].size.unwrap().x), (30.0, 20.0));
+    }
+
+    #[test]
+    fn what_moves_is_drawn_in_its_own_coordinate_frame() {
+        let drifting = ObstacleSection { velocity_m_s: [1.0, 0.0], ..testing::obstacle([5.0, 6.0]) };
+        let mut scenario = testing::ring_of(3, 40.0);
+        scenario.obstacles = vec![testing::obstacle([5.0, 6.0]), drifting];
+        scenario.intruders = vec![testing::intruder([0.0, 0.0])];
+        let scene = obstacles(&scenario, Clock::new(100), 0);
+        let frames: Vec<_> = scene.entities.iter().map(|one| (&*one.frame_id, &*one.texts[0].text)).collect();
+        assert_eq!(frames, [("map", "tower"), ("obstacle_2", "tower"), ("intruder_1", "intruder 1")]);
+        assert_eq!(scene.entities[1].lines[0].points[0].x, 30.0, "round the origin of its frame");
     }
 
     #[test]
