@@ -7,11 +7,14 @@
 //! Must never know a log, a clock or a process, and must never use what the log does not hold.
 
 mod agreement;
+mod avoidance;
 mod chance;
 mod coherence;
+mod envelope;
 mod fault_effects;
 mod frame;
 mod hold;
+mod intruders;
 mod links;
 mod lyapunov;
 mod obstacles;
@@ -22,6 +25,7 @@ mod settling;
 mod summary;
 mod verdict;
 
+pub use avoidance::Avoidance;
 pub use chance::{ChanceEvent, UnplannedLoss};
 pub use coherence::Coherence;
 pub use fault_effects::{FaultEffects, IdleFault};
@@ -30,20 +34,23 @@ pub use links::LinkTotals;
 pub use pairs::{Pairs, UavPair};
 pub use recovery::FaultRecovery;
 pub use ring::FlownRing;
-pub use summary::{ClosestPair, FlightSummary, ObstacleSummary, UavSummary};
+pub use summary::{ClosestPair, FlightSummary, IntruderSummary, ObstacleSummary, UavSummary};
 pub use verdict::{Verdict, judge};
 
 use agreement::AgreementWatch;
+use avoidance::AvoidanceWatch;
 use chance::ChanceWatch;
+use envelope::Envelope;
 use fault_effects::EffectWatch;
 use hold::Wholeness;
+use intruders::IntruderWatch;
 use links::LinkTally;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
 use recovery::{Recoveries, RecoveryWatch};
-use ringwing_flight::{FlightMode, Tick, TimedEvent};
+use ringwing_flight::{Event, FlightMode, Tick, TimedEvent};
 use ringwing_scenario::Scenario;
 use settling::Settling;
 
@@ -67,6 +74,12 @@ pub struct Moment {
     pub closest: Pairs,
     /// The smallest distance to the edge of an obstacle; negative inside.
     pub clearance_m: Option<f64>,
+    /// The smallest distance of a UAV from an intruder.
+    pub intruder_distance_m: Option<f64>,
+    /// What the collision filters do.
+    pub avoidance: Avoidance,
+    /// Number of near misses so far.
+    pub near_misses: u64,
     /// How well the swarm holds together.
     pub coherence: Coherence,
     /// V of Eq. (7), from the true states of the UAVs that fly on command.
@@ -91,6 +104,9 @@ pub struct Metrics {
     agreement: AgreementWatch,
     closest: ClosestSoFar,
     obstacles: Vec<ObstacleWatch>,
+    intruders: Vec<IntruderWatch>,
+    avoidance: AvoidanceWatch,
+    near_misses: u64,
     lyapunov: LyapunovWatch,
     commands: Commands,
     envelope: Option<Envelope>,
@@ -108,14 +124,6 @@ struct Commands {
     all: u64,
     speed_saturated: u64,
     turn_rate_saturated: u64,
-}
-
-/// The extremes of speeds and turn rates flown.
-#[derive(Debug, Clone, Copy)]
-struct Envelope {
-    speed_min_m_s: f64,
-    speed_max_m_s: f64,
-    turn_rate_max_rad_s: f64,
 }
 
 impl Metrics {
@@ -136,6 +144,12 @@ impl Metrics {
                 .iter()
                 .map(|one| ObstacleWatch::new(one, scenario.time.rate_hz))
                 .collect(),
+            intruders: (1..)
+                .zip(&scenario.intruders)
+                .map(|(number, one)| IntruderWatch::new(number, one, scenario.time.rate_hz))
+                .collect(),
+            avoidance: AvoidanceWatch::new(scenario),
+            near_misses: 0,
             lyapunov: LyapunovWatch::new(scenario),
             commands: Commands::default(),
             envelope: None,
@@ -151,6 +165,7 @@ impl Metrics {
     pub fn on_event(&mut self, event: &TimedEvent) {
         self.effects.on_event(event);
         self.chance.on_event(event);
+        self.near_misses += u64::from(matches!(event.event, Event::NearMiss { .. }));
         if !event.event.is_disturbance() {
             return;
         }
@@ -235,6 +250,13 @@ impl Metrics {
             radius_error_max_m: errors.radius_max_m,
             closest: Pairs::among(sky, &frame.ring),
             clearance_m: self.obstacles.iter_mut().filter_map(|one| one.observe(tick, sky)).reduce(f64::min),
+            intruder_distance_m: self
+                .intruders
+                .iter_mut()
+                .filter_map(|one| one.observe(tick, sky))
+                .reduce(f64::min),
+            avoidance: self.avoidance.observe(frame),
+            near_misses: self.near_misses,
             coherence: Coherence::of(frame, self.agreement.views()),
             views: self.agreement.views(),
             // V depends on the tick before, so `observe` adds it and its rises.
@@ -259,6 +281,18 @@ impl Metrics {
             closest_adjacent: self.closest.adjacent(self.rate_hz),
             closest_other: self.closest.other(self.rate_hz),
             obstacles: self.obstacles.iter().filter_map(ObstacleWatch::summary).collect(),
+            intruders: self.intruders.iter().filter_map(IntruderWatch::summary).collect(),
+            near_misses: self.near_misses,
+            filter_share: self.avoidance.share(),
+            filter_episodes: self.avoidance.episodes(),
+            filter_longest_s: self
+                .avoidance
+                .longest_ticks()
+                .map(|ticks| ticks as f64 / f64::from(self.rate_hz)),
+            filter_turn_mean_deg: self.avoidance.turn_rad().mean().map(f64::to_degrees),
+            filter_turn_max_deg: self.avoidance.turn_rad().max().map(f64::to_degrees),
+            filter_speed_mean_m_s: self.avoidance.speed_m_s().mean(),
+            filter_speed_max_m_s: self.avoidance.speed_m_s().max(),
             speed_saturated_share: share(self.commands.speed_saturated),
             turn_rate_saturated_share: share(self.commands.turn_rate_saturated),
             speed_min_m_s: self.envelope.map(|flown| flown.speed_min_m_s),
@@ -335,22 +369,6 @@ impl Commands {
         self.all += 1;
         self.speed_saturated += u64::from(control.speed_saturated);
         self.turn_rate_saturated += u64::from(control.turn_rate_saturated);
-    }
-}
-
-impl Envelope {
-    fn of(state: &TrueState) -> Self {
-        Self {
-            speed_min_m_s: state.speed_m_s,
-            speed_max_m_s: state.speed_m_s,
-            turn_rate_max_rad_s: state.turn_rate_rad_s.abs(),
-        }
-    }
-
-    fn widen(&mut self, state: &TrueState) {
-        self.speed_min_m_s = self.speed_min_m_s.min(state.speed_m_s);
-        self.speed_max_m_s = self.speed_max_m_s.max(state.speed_m_s);
-        self.turn_rate_max_rad_s = self.turn_rate_max_rad_s.max(state.turn_rate_rad_s.abs());
     }
 }
 

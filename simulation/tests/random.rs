@@ -69,6 +69,7 @@ fn the_same_random_scenario_gives_the_same_flight_and_every_kind_of_event_occurs
         "fault.start",
         "fault.stop",
         "fault.thaw",
+        "near miss",
         "passed",
         "violated",
     ];

@@ -2,15 +2,15 @@
 
 use crate::support::{Flight, at_rest, preset, scenario, with_faults};
 use nalgebra::Point2;
-use ringwing_flight::{AircraftId, Avoided, UavId, draw::Draws};
-use ringwing_scenario::{ObstacleSection, Scenario};
-use ringwing_simulation::Simulation;
+use ringwing_flight::{AircraftId, Avoided, Route, UavId, direction, draw::Draws};
+use ringwing_scenario::{IntruderSection, ObstacleSection, Scenario};
+use ringwing_simulation::{Simulation, fly};
 use std::thread;
 
 /// Nearer than this is a near miss, whoever is concerned.
 const NEAR_MISS_M: f64 = 5.0;
-/// Separates the draws of fields from all others. Another value gives other fields.
-const FIELDS: [u64; 3] = [0x66_6965_6c64, 0, 0];
+/// Separates the draws of intruders from all others. Another value gives other intruders.
+const INTRUDERS: [u64; 3] = [0x63_726f_7373, 0, 0];
 
 /// How near a flight came to something, and when it was whole for good.
 #[derive(Debug, Clone, Copy)]
@@ -19,6 +19,8 @@ struct Closest {
     pair_m: f64,
     /// The smallest distance from the edge of an obstacle.
     clearance_m: f64,
+    /// The smallest distance from an intruder.
+    intruder_m: f64,
     /// From then on every slot error stayed below 1 m; infinite if that was not so at the end.
     settled_s: f64,
 }
@@ -26,12 +28,22 @@ struct Closest {
 /// Flies `scenario` to its end.
 fn closest_of(scenario: &Scenario) -> Closest {
     let mut simulation = Simulation::new(scenario).expect("a scenario that can be simulated");
-    let mut closest = Closest { pair_m: f64::INFINITY, clearance_m: f64::INFINITY, settled_s: 0.0 };
+    let mut closest = Closest {
+        pair_m: f64::INFINITY,
+        clearance_m: f64::INFINITY,
+        intruder_m: f64::INFINITY,
+        settled_s: 0.0,
+    };
+    let obstacles = scenario.all_obstacles();
+    let intruders: Vec<Route> = scenario.intruders.iter().map(IntruderSection::route).collect();
     loop {
         let is_over = !simulation.step();
         let places = places(&simulation);
         closest.pair_m = closest.pair_m.min(closest_pair_m(&places));
-        closest.clearance_m = closest.clearance_m.min(clearance_m(scenario, &places));
+        closest.clearance_m = closest.clearance_m.min(clearance_m(&obstacles, &places));
+        // After the step, the sky is that of the next tick.
+        let time_s = simulation.sky().now().seconds(scenario.time.rate_hz);
+        closest.intruder_m = closest.intruder_m.min(intruder_m(&intruders, time_s, &places));
         let is_whole = slot_error_max_m(&simulation) < 1.0;
         match (is_whole, is_over) {
             (true, true) => return closest,
@@ -51,11 +63,19 @@ fn closest_pair_m(places: &[Point2<f64>]) -> f64 {
     pairs.map(|apart| apart.norm()).fold(f64::INFINITY, f64::min)
 }
 
-fn clearance_m(scenario: &Scenario, places: &[Point2<f64>]) -> f64 {
+fn intruder_m(intruders: &[Route], time_s: f64, places: &[Point2<f64>]) -> f64 {
+    let distance_m = |route: &Route| {
+        let there = route.at(time_s).pose.position;
+        places.iter().map(|place| (place - there).norm()).fold(f64::INFINITY, f64::min)
+    };
+    intruders.iter().map(distance_m).fold(f64::INFINITY, f64::min)
+}
+
+fn clearance_m(obstacles: &[ObstacleSection], places: &[Point2<f64>]) -> f64 {
     let to_edge = |place: &Point2<f64>, one: &ObstacleSection| {
         (place - Point2::from(one.position_m)).norm() - one.radius_m
     };
-    let all = places.iter().flat_map(|place| scenario.obstacles.iter().map(move |one| to_edge(place, one)));
+    let all = places.iter().flat_map(|place| obstacles.iter().map(move |one| to_edge(place, one)));
     all.fold(f64::INFINITY, f64::min)
 }
 
@@ -93,14 +113,32 @@ fn drawn(uavs: u32, seed: u64, duration_s: f64, settings: &[&str]) -> Scenario {
 
 /// `circles` obstacles of 5 to 20 m at random places in the way of the formation.
 fn field(circles: u32, seed: u64) -> Scenario {
-    let mut draws = Draws::new(seed, FIELDS, 0);
-    let mut circle = |number: u32| {
-        let radius_m = 5.0 + 15.0 * draws.uniform();
-        let position_m = [200.0 + 1000.0 * draws.uniform(), 160.0 * (draws.uniform() - 0.5)];
-        ObstacleSection::standing(format!("Obstacle {number}"), position_m, radius_m, radius_m + 20.0)
+    drawn(6, seed, 150.0, &[&format!("circles={circles}")])
+}
+
+/// `count` intruders that cross the formation at random, each on a straight line through where some UAV's slot may be.
+fn crossed(count: u32, cooperative: bool, seed: u64) -> Scenario {
+    let scenario = drawn(6, seed, 100.0, &["radar_noise_m=0.5"]);
+    let mut draws = Draws::new(seed, INTRUDERS, 0);
+    let radius_m = scenario.formation().radius_m();
+    let mut intruder = || {
+        let (time_s, heading_deg) = (25.0 + 50.0 * draws.uniform(), 360.0 * draws.uniform() - 180.0);
+        let speed_m_s = 12.0 + 13.0 * draws.uniform();
+        let beside_m = [(); 2].map(|()| radius_m * (2.0 * draws.uniform() - 1.0));
+        let aim = Point2::new(scenario.leader.speed_m_s * time_s + beside_m[0], beside_m[1]);
+        let start = aim - direction(heading_deg.to_radians()) * (speed_m_s * time_s);
+        IntruderSection {
+            position_m: start.into(),
+            heading_deg,
+            speed_m_s,
+            cooperative,
+            turn_rate_rad_s: 0.0,
+            waypoints_m: Vec::new(),
+            repeat: false,
+        }
     };
-    let obstacles = (1..=circles).map(&mut circle).collect();
-    Scenario { obstacles, ..drawn(6, seed, 150.0, &[]) }
+    let intruders = (0..count).map(|_| intruder()).collect();
+    Scenario { intruders, ..scenario }
 }
 
 fn median_settling_s(flights: &[Closest]) -> f64 {
@@ -111,8 +149,9 @@ fn median_settling_s(flights: &[Closest]) -> f64 {
 
 /// The flights that came nearer than allowed, or never became whole.
 fn failed(flights: &[Closest], pair_m: f64) -> Vec<Closest> {
-    let has_failed =
-        |one: &&Closest| one.pair_m < pair_m || one.clearance_m <= 0.0 || one.settled_s.is_infinite();
+    let has_failed = |one: &&Closest| {
+        one.pair_m < pair_m || one.intruder_m < 2.0 || one.clearance_m <= 0.0 || one.settled_s.is_infinite()
+    };
     flights.iter().filter(has_failed).copied().collect()
 }
 
@@ -151,6 +190,30 @@ fn a_field_of_obstacles_is_crossed_without_a_hit() {
     };
     let hits = fly_all(400_001..=400_008, unfiltered);
     assert!(hits.iter().any(|flight| flight.clearance_m <= 0.0), "else the fields are empty");
+}
+
+#[test]
+fn intruders_that_cross_the_formation_are_avoided() {
+    for cooperative in [true, false] {
+        let flights = fly_all(500_001..=500_008, |seed| crossed(2, cooperative, seed));
+        assert!(failed(&flights, NEAR_MISS_M).is_empty(), "{:?}", failed(&flights, NEAR_MISS_M));
+    }
+    let unfiltered = |seed| {
+        let mut scenario = crossed(2, true, seed);
+        scenario.control.collision_filter = false;
+        scenario
+    };
+    let near = fly_all(500_001..=500_008, unfiltered);
+    assert!(near.iter().any(|flight| flight.intruder_m < 5.0), "else they cross somewhere else");
+}
+
+#[test]
+fn the_presets_with_a_filter_meet_their_requirements_and_the_papers_law_does_not() {
+    for name in ["field", "traffic"] {
+        let violations = |settings: &[&str]| fly(&preset(name, settings)).expect("a flight").violations;
+        assert_eq!(violations(&[]), [""; 0], "{name}");
+        assert_ne!(violations(&["control.law=paper"]), [""; 0], "{name}");
+    }
 }
 
 #[test]
@@ -204,29 +267,49 @@ fn one_that_flies_on_without_its_agent_is_avoided_too() {
     }
 }
 
-/// The figures of ARCHITECTURE.md: `cargo test --release -p ringwing-simulation -- --ignored --nocapture figures`.
+/// Prints a row of the figures of ARCHITECTURE.md.
+fn print(name: &str, flights: &[Closest]) {
+    let count = |is: &dyn Fn(&Closest) -> bool| flights.iter().filter(|one| is(one)).count();
+    let nearest_m = |of: fn(&Closest) -> f64| flights.iter().map(of).fold(f64::INFINITY, f64::min);
+    println!(
+        "{name}: {} flights; closest pair {:.2} m, {} below 5 m; {} hit an obstacle; {} hit an intruder, closest {:.2} m; \
+         {} unsettled, median settling {:.2} s",
+        flights.len(),
+        nearest_m(|one| one.pair_m),
+        count(&|one| one.pair_m < NEAR_MISS_M),
+        count(&|one| one.clearance_m <= 0.0),
+        count(&|one| one.intruder_m < 2.0),
+        nearest_m(|one| one.intruder_m),
+        count(&|one| one.settled_s.is_infinite()),
+        median_settling_s(flights),
+    );
+}
+
+/// `cargo test --release -p ringwing-simulation -- --ignored --nocapture figures`.
 #[test]
 #[ignore = "flies for an hour"]
-fn figures_of_the_collision_filter() {
-    let print = |name: &str, flights: &[Closest]| {
-        let count = |is: &dyn Fn(&Closest) -> bool| flights.iter().filter(|one| is(one)).count();
-        let nearest_m = flights.iter().map(|one| one.pair_m).fold(f64::INFINITY, f64::min);
-        let (hits, near) = (count(&|one| one.clearance_m <= 0.0), count(&|one| one.pair_m < NEAR_MISS_M));
-        let unsettled = count(&|one| one.settled_s.is_infinite());
-        let median_s = median_settling_s(flights);
-        println!(
-            "{name}: {} flights, closest {nearest_m:.2} m, {near} below 5 m, {hits} hits, {unsettled} unsettled, \
-             median settling {median_s:.2} s",
-            flights.len()
-        );
-    };
+fn figures_of_drawn_starts_and_storms() {
     for uavs in [6, 12, 24] {
         let flights = fly_all(1_000_001..=1_001_000, |seed| drawn(uavs, seed, 150.0, &[]));
         print(&format!("drawn starts, n = {uavs}"), &flights);
     }
-    for circles in [5, 10, 20, 30] {
-        print(&format!("{circles} circles"), &fly_all(2_000_001..=2_000_500, |seed| field(circles, seed)));
-    }
     let storm = |seed: u64| preset("storm", &["control.collision_filter=true", &format!("seed={seed}")]);
     print("storm", &fly_all(1..=1000, storm));
+}
+
+#[test]
+#[ignore = "flies for many minutes"]
+fn figures_of_fields() {
+    for circles in [5, 10, 20, 30] {
+        print(&format!("{circles} circles"), &fly_all(2_000_001..=2_000_100, |seed| field(circles, seed)));
+    }
+}
+
+#[test]
+#[ignore = "flies for many minutes"]
+fn figures_of_intruders() {
+    for (count, cooperative) in [1, 2, 3].into_iter().flat_map(|count| [(count, true), (count, false)]) {
+        let flights = fly_all(3_000_001..=3_000_050, |seed| crossed(count, cooperative, seed));
+        print(&format!("{count} intruders, cooperative: {cooperative}"), &flights);
+    }
 }

@@ -43,6 +43,8 @@ impl fmt::Display for SummaryText<'_> {
             write_commanded(f, flight, *uavs)?;
             write_formation(f, flight, summary.shape)?;
             write_obstacles(f, flight)?;
+            write_intruders(f, flight)?;
+            write_filter(f, flight)?;
             for [label, value, remark] in effect_lines(&flight.fault_effects) {
                 line(f, &label, &value, &remark)?;
             }
@@ -148,6 +150,36 @@ fn write_obstacle(f: &mut fmt::Formatter<'_>, obstacle: &ObstacleSummary) -> fmt
     };
     let who = format!("uav {} at {:.2} s; {repelled}", obstacle.uav, obstacle.time_s);
     line(f, &format!("clearance of {}", obstacle.name), &metres(Some(obstacle.clearance_m)), &who)
+}
+
+fn write_intruders(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    for closest in &flight.intruders {
+        let who = format!("uav {} at {:.2} s", closest.uav, closest.time_s);
+        line(
+            f,
+            &format!("closest to intruder {}", closest.intruder),
+            &metres(Some(closest.distance_m)),
+            &who,
+        )?;
+    }
+    if flight.near_misses == 0 { Ok(()) } else { line(f, "near misses", &flight.near_misses.to_string(), "") }
+}
+
+/// Writes how the collision filters acted, if there are any.
+fn write_filter(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    let Some(share) = flight.filter_share else { return Ok(()) };
+    let label = "collision filter acted";
+    let Some(longest_s) = flight.filter_longest_s else {
+        return line(f, label, "never", "");
+    };
+    let times = counted(flight.filter_episodes, "time");
+    line(f, label, &format!("{:.1} %", 100.0 * share), &format!("{times}, for {longest_s:.2} s at most"))?;
+    let angle = |value: Option<f64>| value.map_or_else(|| "-".into(), |value| format!("{value:.1} deg"));
+    let speed = |value: Option<f64>| value.map_or_else(|| "-".into(), |value| format!("{value:.1} m/s"));
+    let most =
+        format!("{}, at most {}", speed(flight.filter_speed_mean_m_s), speed(flight.filter_speed_max_m_s));
+    let turn = format!("at most {}; {most}", angle(flight.filter_turn_max_deg));
+    line(f, "off the law's wish, mean", &angle(flight.filter_turn_mean_deg), &turn)
 }
 
 /// Writes when the UAVs last disagreed on who is alive, if they ever did.

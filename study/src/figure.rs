@@ -39,7 +39,7 @@ use Better::{Higher, Lower};
 use Value::{Summary, World};
 
 /// Every figure, in the order of the summary.
-pub const FIGURES: [Figure; 32] = [
+pub const FIGURES: [Figure; 41] = [
     figure("settling_s", "settled after", Lower, Summary(|flight| flight.settling_s)),
     figure("recovery_max_s", "longest recovery from a fault", Lower, Summary(|flight| flight.recovery_max_s)),
     figure(
@@ -86,6 +86,50 @@ pub const FIGURES: [Figure; 32] = [
         Summary(|flight| distance_m(flight.closest_other)),
     ),
     figure("clearance_m", "smallest clearance of an obstacle", Higher, Summary(clearance_m)),
+    figure("intruder_distance_m", "closest to an intruder", Higher, Summary(intruder_distance_m)),
+    figure("near_misses", "near misses", Lower, Summary(|flight| Some(flight.near_misses as f64))),
+    figure(
+        "filter_share",
+        "commands changed by the filter, share",
+        Lower,
+        Summary(|flight| flight.filter_share),
+    ),
+    figure(
+        "filter_episodes",
+        "times that a filter began to act",
+        Lower,
+        Summary(|flight| flight.filter_share.map(|_| flight.filter_episodes as f64)),
+    ),
+    figure(
+        "filter_longest_s",
+        "longest time that a filter acted",
+        Lower,
+        Summary(|flight| flight.filter_longest_s),
+    ),
+    figure(
+        "filter_turn_mean_deg",
+        "heading off the law's wish, mean",
+        Lower,
+        Summary(|flight| flight.filter_turn_mean_deg),
+    ),
+    figure(
+        "filter_turn_max_deg",
+        "heading off the law's wish, largest",
+        Lower,
+        Summary(|flight| flight.filter_turn_max_deg),
+    ),
+    figure(
+        "filter_speed_mean_m_s",
+        "speed off the law's wish, mean",
+        Lower,
+        Summary(|flight| flight.filter_speed_mean_m_s),
+    ),
+    figure(
+        "filter_speed_max_m_s",
+        "speed off the law's wish, largest",
+        Lower,
+        Summary(|flight| flight.filter_speed_max_m_s),
+    ),
     figure(
         "speed_saturated_share",
         "speeds cut to the limits, share",
@@ -198,6 +242,10 @@ fn time_s(pair: Option<ClosestPair>) -> Option<f64> {
 
 fn clearance_m(flight: &FlightSummary) -> Option<f64> {
     flight.obstacles.iter().map(|obstacle| obstacle.clearance_m).reduce(f64::min)
+}
+
+fn intruder_distance_m(flight: &FlightSummary) -> Option<f64> {
+    flight.intruders.iter().map(|intruder| intruder.distance_m).reduce(f64::min)
 }
 
 fn samples_lost(flight: &FlightSummary) -> f64 {

@@ -144,7 +144,10 @@ impl Airspace {
 
     /// Flies all airframes to the next tick. Returns what happened, in a fixed order, as of that tick.
     pub fn step(&mut self) -> Vec<Event> {
-        let events = self.sky.step();
+        let mut events = self.sky.step();
+        if self.is_over() {
+            events.extend(self.sky.end_encounters());
+        }
         let time_s = self.now().seconds(self.rate_hz);
         for event in &events {
             match *event {

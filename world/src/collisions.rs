@@ -3,13 +3,27 @@
 //! Never reports a contact twice while it lasts.
 
 use crate::{Airframe, intruder::Intruder, obstacle::Obstacle};
+use nalgebra::Point2;
 use ringwing_flight::{Collider, UavId};
 use std::collections::BTreeSet;
+
+/// A UAV and another aircraft near it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Neighbours {
+    /// Of two UAVs, the one with the lower number.
+    pub(crate) uav: UavId,
+    pub(crate) with: Collider,
+    pub(crate) distance_m: f64,
+    /// Where the UAV is.
+    pub(crate) position_m: [f64; 2],
+}
 
 /// Finds each collision once, in the tick in which it begins.
 #[derive(Debug, Clone)]
 pub(crate) struct Collisions {
     distance_m: f64,
+    /// How far apart two aircraft may be to count as near.
+    near_m: f64,
     /// The contacts of the last tick.
     touching: BTreeSet<(UavId, Collider)>,
     /// Indices of the airframes, sorted by x in the last tick. They are still nearly sorted, so sorting again is cheap.
@@ -17,62 +31,63 @@ pub(crate) struct Collisions {
 }
 
 impl Collisions {
-    pub(crate) fn new(distance_m: f64, uavs: usize) -> Self {
-        Self { distance_m, touching: BTreeSet::new(), by_x: (0..uavs).collect() }
+    /// Aircraft closer than `distance_m` collide, those closer than `near_m` are near each other.
+    pub(crate) fn new(distance_m: f64, near_m: f64, uavs: usize) -> Self {
+        Self {
+            distance_m,
+            near_m: near_m.max(distance_m),
+            touching: BTreeSet::new(),
+            by_x: (0..uavs).collect(),
+        }
     }
 
-    /// The collisions that began since the last call, in the order of UAVs.
+    /// The collisions that began since the last call, in the order of UAVs. `near` is what [`near`](Self::near) found.
     pub(crate) fn begun(
         &mut self,
         airframes: &[Airframe],
         obstacles: &[Obstacle],
-        intruders: &[Intruder],
+        near: &[Neighbours],
     ) -> Vec<(UavId, Collider)> {
+        let hits = near.iter().filter(|one| one.distance_m < self.distance_m).map(|one| (one.uav, one.with));
         // The set sorts by UAV. Pairs are found in the order of x, and the order of events must not depend on that.
-        let touching: BTreeSet<_> = self
-            .pairs(airframes)
-            .into_iter()
-            .chain(crashes(airframes, obstacles))
-            .chain(self.hits(airframes, intruders))
-            .collect();
+        let touching: BTreeSet<_> = hits.chain(crashes(airframes, obstacles)).collect();
         let begun = touching.difference(&self.touching).copied().collect();
         self.touching = touching;
         begun
     }
 
-    /// Pairs of UAVs closer than the collision distance. Only UAVs that close in x alone can be, so each UAV is compared
-    /// with the next few in x instead of with all others.
-    fn pairs(&mut self, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
+    /// Every UAV that is near another UAV or an intruder, in any order.
+    ///
+    /// Only UAVs that are near in x alone can be, so each UAV is compared with the next few in x instead of with all others.
+    pub(crate) fn near(&mut self, airframes: &[Airframe], intruders: &[Intruder]) -> Vec<Neighbours> {
         let x = |index: usize| airframes[index].pose().position.x;
         self.by_x.sort_by(|a, b| x(*a).total_cmp(&x(*b)));
         let mut found = Vec::new();
         for (place, &a) in self.by_x.iter().enumerate() {
-            let near = self.by_x[place + 1..].iter().take_while(|b| x(**b) - x(a) < self.distance_m);
-            for &b in near.filter(|b| self.collide(&airframes[a], &airframes[**b])) {
-                let (one, other) = (airframes[a].uav(), airframes[b].uav());
-                found.push((one.min(other), Collider::Uav(one.max(other))));
+            let near = self.by_x[place + 1..].iter().take_while(|b| x(**b) - x(a) < self.near_m);
+            for &b in near {
+                let (one, other) = if airframes[a].uav() < airframes[b].uav() { (a, b) } else { (b, a) };
+                let other = &airframes[other];
+                let with = Collider::Uav(other.uav());
+                found.extend(
+                    neighbours(&airframes[one], with, other.pose().position).filter(|_| other.is_flying()),
+                );
             }
         }
-        found
-    }
-
-    /// UAVs closer to an intruder than the collision distance.
-    fn hits(&self, airframes: &[Airframe], intruders: &[Intruder]) -> Vec<(UavId, Collider)> {
-        let mut found = Vec::new();
         for intruder in intruders {
-            let place = intruder.position();
-            let is_hit =
-                |one: &&Airframe| one.is_flying() && (one.pose().position - place).norm() < self.distance_m;
             let with = Collider::Intruder(intruder.id());
-            found.extend(airframes.iter().filter(is_hit).map(|one| (one.uav(), with)));
+            found.extend(airframes.iter().filter_map(|one| neighbours(one, with, intruder.position())));
         }
+        found.retain(|one| one.distance_m < self.near_m);
         found
     }
+}
 
-    fn collide(&self, a: &Airframe, b: &Airframe) -> bool {
-        let distance_m = (a.pose().position - b.pose().position).norm();
-        a.is_flying() && b.is_flying() && distance_m < self.distance_m
-    }
+/// `one`, if it flies, and something at `place`.
+fn neighbours(one: &Airframe, with: Collider, place: Point2<f64>) -> Option<Neighbours> {
+    let position = one.pose().position;
+    let distance_m = (position - place).norm();
+    one.is_flying().then(|| Neighbours { uav: one.uav(), with, distance_m, position_m: position.into() })
 }
 
 /// UAVs inside an obstacle: distance from its centre d <= `R_obs`.
@@ -105,21 +120,26 @@ mod tests {
         places.iter().enumerate().map(at).collect()
     }
 
+    fn begun(collisions: &mut Collisions, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
+        let near = collisions.near(airframes, &[]);
+        collisions.begun(airframes, &[], &near)
+    }
+
     #[test]
     fn a_collision_is_reported_once_until_the_uavs_have_parted() {
-        let mut collisions = Collisions::new(2.0, 4);
+        let mut collisions = Collisions::new(2.0, 2.0, 4);
         let flying = airframes(&[[0.0, 0.0], [100.0, 0.0], [1.5, 0.5], [0.0, 50.0]]);
-        assert_eq!(collisions.begun(&flying, &[], &[]), [(UavId(1), Collider::Uav(UavId(3)))]);
-        assert_eq!(collisions.begun(&flying, &[], &[]), []);
+        assert_eq!(begun(&mut collisions, &flying), [(UavId(1), Collider::Uav(UavId(3)))]);
+        assert_eq!(begun(&mut collisions, &flying), []);
         let apart = airframes(&[[0.0, 0.0], [100.0, 0.0], [5.0, 0.5], [0.0, 50.0]]);
-        assert_eq!(collisions.begun(&apart, &[], &[]), []);
-        assert_eq!(collisions.begun(&flying, &[], &[]).len(), 1, "the UAVs had parted");
+        assert_eq!(begun(&mut collisions, &apart), []);
+        assert_eq!(begun(&mut collisions, &flying).len(), 1, "the UAVs had parted");
     }
 
     #[test]
     fn a_uav_collides_with_an_obstacle_at_its_edge() {
         let obstacle = ObstacleSection::standing("mast", [0.0, 0.0], 10.0, 20.0);
-        let mut collisions = Collisions::new(2.0, 2);
+        let mut collisions = Collisions::new(2.0, 2.0, 2);
         let flying = airframes(&[[0.0, 9.999], [0.0, -10.001]]);
         let obstacles = [Obstacle::new(&obstacle, 0.0)];
         assert_eq!(collisions.begun(&flying, &obstacles, &[]), [(UavId(1), Collider::Obstacle(0))]);
@@ -140,7 +160,7 @@ mod tests {
             }
         }
         assert!(expected.len() > 10);
-        let found: BTreeSet<_> = Collisions::new(2.0, 400).begun(&flying, &[], &[]).into_iter().collect();
+        let found: BTreeSet<_> = begun(&mut Collisions::new(2.0, 2.0, 400), &flying).into_iter().collect();
         assert_eq!(found, expected);
     }
 }

@@ -11,6 +11,7 @@
 pub mod airframe;
 pub mod airspace;
 mod collisions;
+mod encounters;
 mod intruder;
 mod obstacle;
 pub mod process;

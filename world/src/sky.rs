@@ -5,6 +5,7 @@
 use crate::{
     Airframe, Refusal,
     collisions::Collisions,
+    encounters::Encounters,
     intruder::{Intruder, Radar},
     obstacle::Obstacle,
 };
@@ -28,6 +29,7 @@ pub struct Sky {
     /// How far a UAV senses other aircraft; `None` while nobody uses that.
     traffic_range_m: Option<f64>,
     collisions: Collisions,
+    encounters: Encounters,
 }
 
 impl Sky {
@@ -38,10 +40,12 @@ impl Sky {
             .map(|(uav, start)| Airframe::new(scenario, uav, start))
             .collect();
         let distance_m = scenario.airframe.collision_distance_m;
+        let near_miss_m = scenario.airframe.near_miss_distance_m;
         let approach_s = Tick::APPROACH.seconds(scenario.time.rate_hz);
         Self {
             now: Tick::APPROACH,
-            collisions: Collisions::new(distance_m, airframes.len()),
+            collisions: Collisions::new(distance_m, near_miss_m, airframes.len()),
+            encounters: Encounters::new(near_miss_m, distance_m),
             airframes,
             obstacles: scenario.all_obstacles().iter().map(|one| Obstacle::new(one, approach_s)).collect(),
             intruders: (1..)
@@ -169,8 +173,8 @@ impl Sky {
         self.airframes[to.index()].accept(command, self.now)
     }
 
-    /// Flies all airframes to the next tick. Returns failsafes that took over, UAV 1 first, then collisions that began,
-    /// in the order of UAVs.
+    /// Flies all airframes to the next tick. Returns failsafes that took over, UAV 1 first, then collisions that began
+    /// and near misses that are over, each in the order of UAVs.
     pub fn step(&mut self) -> Vec<Event> {
         let mut events = Vec::new();
         for airframe in self.airframes.iter_mut().filter(|airframe| airframe.is_flying()) {
@@ -183,11 +187,18 @@ impl Sky {
         self.obstacles.iter_mut().for_each(|obstacle| obstacle.move_to(time_s));
         self.intruders.iter_mut().for_each(|intruder| intruder.move_to(time_s));
         // Only now is everything at the same tick.
-        for (uav, with) in self.collisions.begun(&self.airframes, &self.obstacles, &self.intruders) {
+        let near = self.collisions.near(&self.airframes, &self.intruders);
+        for (uav, with) in self.collisions.begun(&self.airframes, &self.obstacles, &near) {
             let position_m = self.airframes[uav.index()].pose().position.into();
             events.push(Event::Collision { uav, with, position_m });
         }
+        events.extend(self.encounters.observe(self.now, &near));
         events
+    }
+
+    /// The near misses that are not over yet, because the flight ends here.
+    pub fn end_encounters(&mut self) -> Vec<Event> {
+        self.encounters.end()
     }
 }
 

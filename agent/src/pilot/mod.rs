@@ -168,6 +168,7 @@ impl Pilot {
         (account.speed_m_s, account.turn_rate_rad_s) =
             (flown.control.speed_m_s, flown.control.turn_rate_rad_s);
         (account.avoided, account.avoided_m) = (flown.avoided, flown.avoided_at.into());
+        account.avoided_turn_rad = flown.turn_rad;
         (flown.control, account)
     }
 
@@ -267,6 +268,7 @@ impl Pilot {
             wish_speed_m_s: control.speed_m_s,
             wish_turn_rate_rad_s: control.turn_rate_rad_s,
             avoided_m: [0.0; 2],
+            avoided_turn_rad: 0.0,
             avoided: Avoided::NOTHING,
             uav: self.uav,
             slot_m: field.slot.into(),

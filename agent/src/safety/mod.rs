@@ -49,6 +49,8 @@ pub struct Flown {
     pub avoided: Avoided,
     /// Where that was when the filter chose its way.
     pub avoided_at: Point2<f64>,
+    /// How far its heading lay from that of the law's course then; positive to the left.
+    pub turn_rad: f64,
 }
 
 /// The course that the filter holds while it acts.
@@ -58,6 +60,7 @@ struct Escape {
     speed_m_s: f64,
     avoided: Avoided,
     avoided_at: Point2<f64>,
+    turn_rad: f64,
     /// When the filter began to act.
     since: Tick,
 }
@@ -134,12 +137,13 @@ impl CollisionFilter {
         if (now.0 + i64::from(self.uav.0)) % self.interval_ticks == 0 {
             self.escape = self.look(now, own, wish, force, obstacles);
         }
-        let Some(Escape { heading_rad, speed_m_s, avoided, avoided_at, .. }) = self.escape else {
-            return Flown { control: wish, avoided: Avoided::NOTHING, avoided_at: Point2::origin() };
+        let Some(Escape { heading_rad, speed_m_s, avoided, avoided_at, turn_rad, .. }) = self.escape else {
+            let avoided_at = Point2::origin();
+            return Flown { control: wish, avoided: Avoided::NOTHING, avoided_at, turn_rad: 0.0 };
         };
         let wanted_rad_s = HEADING_GAIN_PER_S * wrap(heading_rad - own.heading_rad);
         let turn_rate_rad_s = saturate(wanted_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s);
-        Flown { control: ControlInput { speed_m_s, turn_rate_rad_s }, avoided, avoided_at }
+        Flown { control: ControlInput { speed_m_s, turn_rate_rad_s }, avoided, avoided_at, turn_rad }
     }
 
     /// The way to take if that of the wish is not clear; `None` if it is.
@@ -173,7 +177,14 @@ impl CollisionFilter {
             choice = self.choose(own, wish, turn_rad, &course, speed_cost);
         }
         let heading_rad = wrap(own.heading_rad + choice.turn_rad);
-        Some(Escape { heading_rad, speed_m_s: choice.speed_m_s, avoided: what, avoided_at: place, since })
+        Some(Escape {
+            heading_rad,
+            speed_m_s: choice.speed_m_s,
+            avoided: what,
+            avoided_at: place,
+            turn_rad: wrap(choice.turn_rad - turn_rad),
+            since,
+        })
     }
 
     fn find_threats(&mut self, now: Tick, view: &Viewpoint, obstacles: &[SensedObstacle], clearance_m: f64) {

@@ -111,6 +111,19 @@ pub enum Event {
         /// Where the UAV was, in the local frame.
         position_m: [f64; 2],
     },
+    /// A UAV has passed another aircraft at a small distance, and both are farther apart again, or the flight is over.
+    NearMiss {
+        /// The UAV; of two UAVs, the one with the lower number.
+        uav: UavId,
+        /// The other aircraft.
+        with: Collider,
+        /// Their smallest distance.
+        distance_m: f64,
+        /// Where the UAV was then, in the local frame.
+        position_m: [f64; 2],
+        /// When that was.
+        closest: Tick,
+    },
     /// An agent was silent for too long, so its airframe's failsafe took over.
     Failsafe {
         /// The UAV.
@@ -241,6 +254,7 @@ impl Event {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Collision { .. } => "collision",
+            Self::NearMiss { .. } => "near miss",
             Self::Failsafe { .. } => "failsafe",
             Self::ProcessLost { .. } => "process.lost",
             // A thaw or a start brings a process back. The other process faults take one away, so they are warnings.
@@ -280,7 +294,8 @@ impl Event {
             | Self::LinkFault { .. }
             | Self::SlowFault { .. }
             | Self::FaultHealed { .. } => Level::Info,
-            Self::Failsafe { .. }
+            Self::NearMiss { .. }
+            | Self::Failsafe { .. }
             | Self::ProcessFrozen { .. }
             | Self::ProcessSilent { .. }
             | Self::ReplacementOverdue
@@ -300,6 +315,7 @@ impl Event {
         match self {
             Self::LinkFault { .. } | Self::SlowFault { .. } | Self::FaultHealed { .. } => Reporter::Schedule,
             Self::Collision { .. }
+            | Self::NearMiss { .. }
             | Self::Failsafe { .. }
             | Self::ProcessSilent { .. }
             | Self::ReplacementOverdue
@@ -345,6 +361,7 @@ impl Event {
             // The scenario and its seed decide these, or they leave the flight as it is. Somebody chose the moment of a requested
             // fault, but the log and the printed command hold it, so the flight can be repeated.
             Self::Collision { .. }
+            | Self::NearMiss { .. }
             | Self::Failsafe { .. }
             | Self::RecorderSilent
             | Self::RecorderGap { .. }

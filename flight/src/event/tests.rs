@@ -27,6 +27,14 @@ fn one_of_each() -> Vec<Event> {
     vec![
         Event::Collision { uav: UavId(3), with: Collider::Uav(UavId(5)), position_m },
         Event::Collision { uav: UavId(3), with: Collider::Obstacle(1), position_m },
+        Event::Collision { uav: UavId(3), with: Collider::Intruder(IntruderId(2)), position_m },
+        Event::NearMiss {
+            uav: UavId(3),
+            with: Collider::Uav(UavId(5)),
+            distance_m: 7.26,
+            position_m,
+            closest: Tick(5),
+        },
         Event::Failsafe { uav: UavId(3), mode: FlightMode::LOITER },
         lost(AGENT, ProcessEnd::Killed(9), failsafe),
         lost(AGENT, ProcessEnd::Exited(1), early),
@@ -76,6 +84,8 @@ fn every_event_has_its_level_name_and_text() {
     let expected = "
          |  Error collision: uav 3 and uav 5 at (1.0, -2.0) m
          |  Error collision: uav 3 and obstacle 1 at (1.0, -2.0) m
+         |  Error collision: uav 3 and intruder 2 at (1.0, -2.0) m
+         |  Warning near miss: uav 3 and uav 5 passed at 7.3 m, at (1.0, -2.0) m
          |  Warning failsafe: uav 3 flies without its agent: loiter
          |!~Error process.lost: uav 3 was killed by signal 9; its airframe goes into its failsafe
          |!~Error process.lost: uav 3 gave up (exit status 1) before the flight; its airframe goes into its failsafe

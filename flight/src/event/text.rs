@@ -15,6 +15,10 @@ impl Event {
             Self::Collision { uav, with, position_m: [x, y] } => {
                 format!("{uav} and {} at ({x:.1}, {y:.1}) m", with.name(obstacle_name))
             }
+            Self::NearMiss { uav, with, distance_m, position_m: [x, y], .. } => {
+                let with = with.name(obstacle_name);
+                format!("{uav} and {with} passed at {distance_m:.1} m, at ({x:.1}, {y:.1}) m")
+            }
             Self::Failsafe { uav, mode } => format!("{uav} flies without its agent: {}", mode.name()),
             Self::ProcessLost { part, end, then } => loss_text(*part, *end, *then),
             Self::ProcessReady { part } => format!("{part} is ready"),

@@ -111,6 +111,8 @@ pub struct Account {
     pub wish_turn_rate_rad_s: f64,
     /// Where the filter takes what it avoids to be, in the local frame; zero if it avoids nothing.
     pub avoided_m: [f64; 2],
+    /// How far the heading that the filter takes lies from that of the law's course; positive to the left.
+    pub avoided_turn_rad: f64,
     /// Fingerprint of the set of UAVs that the agent considers lost: 0 for the empty set, equal for equal sets.
     pub lost_fingerprint: u64,
     /// The sender.

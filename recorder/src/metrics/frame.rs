@@ -206,6 +206,8 @@ pub struct AvoidedThing {
     pub intruder: Option<u32>,
     /// Where it was when the filter chose its way, east and north.
     pub place_m: [f64; 2],
+    /// How far the heading that the filter takes lies from that of the law's course; positive to the left.
+    pub turn_rad: f64,
 }
 
 impl AvoidedThing {
@@ -216,7 +218,8 @@ impl AvoidedThing {
             None => (None, None),
         };
         let acts = account.avoided != Avoided::NOTHING;
-        acts.then_some(Self { uav, intruder, place_m: account.avoided_m })
+        let (place_m, turn_rad) = (account.avoided_m, account.avoided_turn_rad);
+        acts.then_some(Self { uav, intruder, place_m, turn_rad })
     }
 }
 

@@ -28,6 +28,34 @@ pub struct FlightSummary {
     pub closest_other: Option<ClosestPair>,
     /// The closest approach to each obstacle, in the scenario's order.
     pub obstacles: Vec<ObstacleSummary>,
+    /// The closest approach to each intruder, in the scenario's order.
+    #[serde(default)]
+    pub intruders: Vec<IntruderSummary>,
+    /// Number of times that a UAV passed another aircraft nearer than the scenario's distance of a near miss, and did not
+    /// hit it.
+    #[serde(default)]
+    pub near_misses: u64,
+    /// Share of commands that a collision filter changed; absent without filters.
+    #[serde(default)]
+    pub filter_share: Option<f64>,
+    /// How many times a filter began to act.
+    #[serde(default)]
+    pub filter_episodes: u64,
+    /// The longest time for which a filter acted without a break.
+    #[serde(default)]
+    pub filter_longest_s: Option<f64>,
+    /// Mean angle between the heading that a filter took and that of the law's course, while it acted.
+    #[serde(default)]
+    pub filter_turn_mean_deg: Option<f64>,
+    /// The largest such angle.
+    #[serde(default)]
+    pub filter_turn_max_deg: Option<f64>,
+    /// Mean difference between a commanded speed and the one that the law asked for, while a filter acted.
+    #[serde(default)]
+    pub filter_speed_mean_m_s: Option<f64>,
+    /// The largest such difference.
+    #[serde(default)]
+    pub filter_speed_max_m_s: Option<f64>,
     /// Share of commands whose speed Eq. (12) cut.
     pub speed_saturated_share: Option<f64>,
     /// Share of commands whose turn rate Eq. (12) cut.
@@ -105,6 +133,19 @@ pub struct ObstacleSummary {
     pub time_s: f64,
     /// The UAVs that came within its braking distance, the nearest first: it repelled that one hardest.
     pub repelled: Vec<u32>,
+}
+
+/// The closest approach to an intruder.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct IntruderSummary {
+    /// Its number, from 1 in the order of the scenario.
+    pub intruder: u32,
+    /// The smallest distance of a UAV.
+    pub distance_m: f64,
+    /// The UAV that came closest.
+    pub uav: u32,
+    /// When it happened, in simulated time.
+    pub time_s: f64,
 }
 
 /// A UAV at the end of the flight.

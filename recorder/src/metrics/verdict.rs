@@ -46,6 +46,7 @@ pub fn judge(scenario: &Scenario, summary: &FlightSummary, collisions: Option<us
     violations
         .extend(required.clearance_min_m.into_iter().flat_map(|m| judge_clearances(m, scenario, summary)));
     violations.extend(required.separation_min_m.and_then(|least_m| judge_separation(least_m, summary)));
+    violations.extend(required.intruder_distance_min_m.and_then(|least_m| judge_intruders(least_m, summary)));
     violations.extend(required.settling_max_s.and_then(|most_s| judge_settling(most_s, summary)));
     violations.extend(required.slot_error_max_m.and_then(|most_m| judge_slot_error(most_m, summary)));
     violations
@@ -112,6 +113,21 @@ fn judge_separation(least_m: f64, summary: &FlightSummary) -> Option<String> {
         format!(
             "closest pair {:.2} m (uav {} and {} at {:.2} s), required at least {least_m} m",
             pair.distance_m, pair.uav, pair.other, pair.time_s
+        )
+    })
+}
+
+fn judge_intruders(least_m: f64, summary: &FlightSummary) -> Option<String> {
+    let closest = summary.intruders.iter().min_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
+    let Some(closest) = closest else {
+        return Some(format!(
+            "distance of intruders not measured, as there is none, required at least {least_m} m"
+        ));
+    };
+    (closest.distance_m < least_m).then(|| {
+        format!(
+            "intruder {} at {:.2} m (uav {} at {:.2} s), required at least {least_m} m",
+            closest.intruder, closest.distance_m, closest.uav, closest.time_s
         )
     })
 }

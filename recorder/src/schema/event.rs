@@ -24,7 +24,7 @@ pub struct LoggedEvent {
     /// The number of the UAV concerned, from 1; 0 if the event concerns no UAV.
     #[prost(uint32, tag = "4")]
     pub uav: u32,
-    /// The number of the second UAV of a collision; 0 if only one UAV is involved.
+    /// The number of the second UAV of a collision or a near miss; 0 if only one UAV is involved.
     #[prost(uint32, tag = "5")]
     pub other_uav: u32,
     /// The node name of the process concerned, such as `agent-3`; empty if the event concerns no process.
@@ -139,7 +139,9 @@ fn level_name(level: Level) -> &'static str {
 /// The UAV concerned: the one that an event names, or the one whose agent it names.
 fn uav(event: &Event) -> Option<UavId> {
     match event {
-        Event::Collision { uav, .. } | Event::Failsafe { uav, .. } => Some(*uav),
+        Event::Collision { uav, .. } | Event::NearMiss { uav, .. } | Event::Failsafe { uav, .. } => {
+            Some(*uav)
+        }
         other => match part(other) {
             Some(Part::Agent(uav)) => Some(uav),
             _ => None,
@@ -179,11 +181,17 @@ fn sentence(event: &Event) -> &str {
 }
 
 fn collider(event: &Event) -> Option<Collider> {
-    if let Event::Collision { with, .. } = event { Some(*with) } else { None }
+    match event {
+        Event::Collision { with, .. } | Event::NearMiss { with, .. } => Some(*with),
+        _ => None,
+    }
 }
 
 fn position_m(event: &Event) -> Option<[f64; 2]> {
-    if let Event::Collision { position_m, .. } = event { Some(*position_m) } else { None }
+    match event {
+        Event::Collision { position_m, .. } | Event::NearMiss { position_m, .. } => Some(*position_m),
+        _ => None,
+    }
 }
 
 #[cfg(test)]

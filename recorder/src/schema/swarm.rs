@@ -115,6 +115,21 @@ pub struct SwarmMetrics {
     /// The distance between its slots: L. Absent if the slots are not evenly spread.
     #[prost(double, optional, tag = "20")]
     pub ring_spacing_m: Option<f64>,
+    /// Distance of the closest UAV from an intruder.
+    #[prost(double, optional, tag = "21")]
+    pub intruder_distance_m: Option<f64>,
+    /// Number of near misses so far.
+    #[prost(uint64, tag = "22")]
+    pub near_misses: u64,
+    /// Number of UAVs whose collision filter acts.
+    #[prost(uint32, tag = "23")]
+    pub filters_acting: u32,
+    /// The largest angle between the heading that a filter takes and that of the law's course.
+    #[prost(double, optional, tag = "24")]
+    pub filter_turn_max_rad: Option<f64>,
+    /// The largest difference between a commanded speed and the one that the law asked for, while a filter acts.
+    #[prost(double, optional, tag = "25")]
+    pub filter_speed_max_m_s: Option<f64>,
 }
 
 impl SwarmState {
@@ -169,6 +184,11 @@ impl SwarmMetrics {
             views: moment.views,
             ring_radius_m: ring.radius_m().map(shown),
             ring_spacing_m: ring.spacing_m().map(shown),
+            intruder_distance_m: moment.intruder_distance_m.map(shown),
+            near_misses: moment.near_misses,
+            filters_acting: moment.avoidance.acting,
+            filter_turn_max_rad: moment.avoidance.turn_max_rad.map(shown),
+            filter_speed_max_m_s: moment.avoidance.speed_max_m_s.map(shown),
         }
     }
 }

@@ -160,6 +160,9 @@ pub struct UavControl {
     /// The intruder that the filter avoids.
     #[prost(uint32, optional, tag = "33")]
     pub avoided_intruder: Option<u32>,
+    /// How far the heading that the filter takes lies from that of the law's course; positive to the left.
+    #[prost(double, optional, tag = "34")]
+    pub avoided_turn_rad: Option<f64>,
 }
 
 impl UavState {
@@ -247,6 +250,7 @@ impl UavControl {
             avoided_x_m: control.avoided.map(|avoided| avoided.place_m[0]),
             avoided_y_m: control.avoided.map(|avoided| avoided.place_m[1]),
             avoided_intruder: control.avoided.and_then(|avoided| avoided.intruder),
+            avoided_turn_rad: control.avoided.map(|avoided| avoided.turn_rad),
         }
     }
 
@@ -278,6 +282,7 @@ impl UavControl {
                 uav: self.avoided_uav,
                 intruder: self.avoided_intruder,
                 place_m: [x, y],
+                turn_rad: self.avoided_turn_rad.unwrap_or_default(),
             }),
         }
     }
@@ -301,7 +306,7 @@ mod tests {
     #[test]
     fn what_the_filter_avoids_comes_back_from_its_message() {
         for (uav, intruder) in [(None, None), (Some(4), None), (None, Some(1))] {
-            let avoided = Some(AvoidedThing { uav, intruder, place_m: [3.0, -4.0] });
+            let avoided = Some(AvoidedThing { uav, intruder, place_m: [3.0, -4.0], turn_rad: -0.5 });
             let control = ControlTerms { wish_speed_m_s: 17.0, avoided, ..ControlTerms::default() };
             assert_eq!(UavControl::of(7, 3, &control).terms(), control);
         }

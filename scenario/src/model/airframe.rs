@@ -18,6 +18,8 @@ pub struct AirframeSection {
     pub failsafe: Failsafe,
     /// Two UAVs closer than this have collided.
     pub collision_distance_m: f64,
+    /// A UAV that passes another aircraft nearer than this and does not hit it has had a near miss; 0 for none.
+    pub near_miss_distance_m: f64,
 }
 
 impl Default for AirframeSection {
@@ -30,6 +32,8 @@ impl Default for AirframeSection {
             command_timeout_s: 0.5,
             failsafe: Failsafe::Loiter,
             collision_distance_m: 2.0,
+            // Below the 10 m that the collision filter keeps. More reports passages that were meant, less hides close calls.
+            near_miss_distance_m: 8.0,
         }
     }
 }

@@ -190,6 +190,9 @@ pub struct RequirementsSection {
     /// Smallest distance between two UAVs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub separation_min_m: Option<f64>,
+    /// Smallest distance of a UAV from an intruder.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub intruder_distance_min_m: Option<f64>,
     /// Latest time at which the formation has settled: from then on every slot error stays within 1 m for 5 s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settling_max_s: Option<f64>,

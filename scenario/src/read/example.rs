@@ -40,6 +40,7 @@ pub(crate) fn scenario() -> Scenario {
             collisions_max: Some(0),
             clearance_min_m: Some(2.0),
             separation_min_m: Some(10.0),
+            intruder_distance_min_m: Some(10.0),
             settling_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
             faults_act: true,
@@ -50,7 +51,11 @@ pub(crate) fn scenario() -> Scenario {
             uavs: vec![StartState { position_m: [-60.0, 20.0], heading_deg: 0.0, speed_m_s: 15.0 }],
             ..StartSection::default()
         },
-        obstacle_field: ObstacleFieldSection { circles: 3, ..ObstacleFieldSection::default() },
+        obstacle_field: ObstacleFieldSection {
+            circles: 3,
+            braking_m: 10.0,
+            ..ObstacleFieldSection::default()
+        },
         obstacles: vec![ObstacleSection {
             name: "Obstacle 1".into(),
             position_m: [900.0, 42.0],

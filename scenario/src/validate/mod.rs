@@ -216,6 +216,7 @@ fn airframe(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         // A command arrives once per tick, so a shorter timeout would trigger the failsafe of a healthy UAV.
         shorter_than(quantity("airframe.command_timeout_s", airframe.command_timeout_s), 1, scenario),
         collision.not_below_zero(),
+        quantity("airframe.near_miss_distance_m", airframe.near_miss_distance_m).not_below_zero(),
         // Otherwise neighbours in their slots would have collided.
         collision.below(quantity("formation.spacing_m", scenario.formation.spacing_m)),
     ]
@@ -254,6 +255,7 @@ fn requirements(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     [
         ("requirements.clearance_min_m", required.clearance_min_m),
         ("requirements.separation_min_m", required.separation_min_m),
+        ("requirements.intruder_distance_min_m", required.intruder_distance_min_m),
         ("requirements.settling_max_s", required.settling_max_s),
         ("requirements.slot_error_max_m", required.slot_error_max_m),
     ]

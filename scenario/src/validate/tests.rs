@@ -38,7 +38,7 @@ fn the_defaults_and_the_example_are_valid() {
 fn every_quantity_is_checked_at_its_bounds() {
     type Change = fn(&mut Scenario, f64);
     // The key, how to set it, values that are just valid, and values that are not.
-    let bounds: [(&str, Change, &[f64], &[f64]); 52] = [
+    let bounds: [(&str, Change, &[f64], &[f64]); 53] = [
         ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
         ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
         ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
@@ -65,6 +65,7 @@ fn every_quantity_is_checked_at_its_bounds() {
         ("airframe.speed_min_m_s", |s, v| s.airframe.speed_min_m_s = v, &[1e-9], &[0.0, -1.0]),
         ("airframe.turn_rate_max_rad_s", |s, v| s.airframe.turn_rate_max_rad_s = v, &[1e-9], &[0.0, -1.0]),
         ("airframe.collision_distance_m", |s, v| s.airframe.collision_distance_m = v, &[0.0], &[-1.0]),
+        ("airframe.near_miss_distance_m", |s, v| s.airframe.near_miss_distance_m = v, &[0.0], &[-1.0]),
         ("georeference.latitude_deg", |s, v| s.georeference.latitude_deg = v, &[-85.0, 85.0], &[-85.1, 90.0]),
         (
             "georeference.longitude_deg",
@@ -137,11 +138,12 @@ fn requirements_are_not_below_zero_and_a_share_is_at_most_1() {
     let keys = blamed(|s| {
         s.requirements.clearance_min_m = Some(-1.0);
         s.requirements.separation_min_m = Some(-1.0);
+        s.requirements.intruder_distance_min_m = Some(-1.0);
         s.requirements.settling_max_s = Some(-1.0);
         s.requirements.slot_error_max_m = Some(-1.0);
         s.requirements.turn_rate_saturated_share_max = Some(1.1);
     });
-    assert_eq!(keys.len(), 5);
+    assert_eq!(keys.len(), 6);
     assert_eq!(messages(|s| s.requirements = RequirementsSection::default()), [""; 0]);
 }
 
@@ -218,6 +220,7 @@ fn an_obstacle_has_a_size_and_a_name_and_is_sensed_in_time() {
         ["obstacles.1.name: \"Obstacle 1\" is also the name of obstacles.0: give each obstacle its own name"]
     );
     let many = |s: &mut Scenario, count: usize| {
+        s.obstacle_field.circles = 0;
         s.obstacles =
             (0..count).map(|i| ObstacleSection { name: i.to_string(), ..s.obstacles[0].clone() }).collect();
     };

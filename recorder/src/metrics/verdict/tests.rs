@@ -15,6 +15,8 @@ fn strict(uavs: u32) -> Scenario {
         collisions_max: Some(0),
         clearance_min_m: Some(2.0),
         separation_min_m: Some(10.0),
+        // There are no intruders here; a test of its own has one.
+        intruder_distance_min_m: None,
         settling_max_s: Some(20.0),
         slot_error_max_m: Some(0.05),
         turn_rate_saturated_share_max: Some(0.25),
@@ -150,6 +152,25 @@ fn a_clearance_without_an_obstacle_is_not_measured() {
     scenario.obstacles.clear();
     let expected = "clearance not measured, as there is no obstacle, required at least 2 m";
     assert_eq!(judged(&scenario, &flown(&scenario, 100, |_, _| ())), [expected]);
+}
+
+#[test]
+fn an_intruder_keeps_its_distance_and_must_be_there_to_be_measured() {
+    let mut scenario = strict(6);
+    scenario.requirements.intruder_distance_min_m = Some(5.0);
+    let rest = |scenario: &Scenario| flown(scenario, 100, |_, _| ());
+    assert_eq!(
+        judged(&scenario, &rest(&scenario)),
+        ["distance of intruders not measured, as there is none, required at least 5 m"]
+    );
+    // Slot 1 is behind the leader, so UAV 1 begins at (-40, 0); the intruder passes 4 m south of there, northbound.
+    scenario.intruders = vec![testing::intruder([-40.0, -4.0])];
+    assert_eq!(
+        judged(&scenario, &rest(&scenario)),
+        ["intruder 1 at 4.00 m (uav 1 at 0.00 s), required at least 5 m"]
+    );
+    scenario.intruders = vec![testing::intruder([-40.0, -400.0])];
+    assert_eq!(judged(&scenario, &rest(&scenario)), [""; 0]);
 }
 
 /// A flight in numbers that no frame has to give.
