@@ -1,0 +1,109 @@
+"""Many flights."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from ._scenario import sentences, settings, toml
+from ._table import Table, of_raw
+
+
+class Sweep:
+    """The results of a sweep."""
+
+    def __init__(self, flights: Table, cells: Table) -> None:
+        #: A row for each flight: ``cell``, ``seed``, the axes, ``verdict``, ``violated`` (keys of requirements, separated by spaces), every
+        #: figure of the summary, ``payload_hash``, and ``failure``: why it could not be flown.
+        self.flights = flights
+        #: A row for each cell: ``cell``, the axes, ``flights``, ``passed``, ``success`` with its 95 % Wilson interval ``success_low`` to
+        #: ``success_high``, and of each figure its median and the value that one flight in ten is worse than (``..._bad``). A flight
+        #: without a figure counts as worse than all others; where that decides, the value is NaN.
+        self.cells = cells
+
+    def __repr__(self) -> str:
+        return f"<Sweep of {self.cells.rows} cells, {self.flights.rows} flights>"
+
+
+def sweep(
+    scenario: str | os.PathLike[str],
+    *,
+    axes: Mapping[str, str | Sequence[Any] | NDArray[Any]] | None = None,
+    set: Mapping[str, Any] | None = None,
+    faults: Iterable[str] | None = None,
+    seeds: int | None = None,
+    first_seed: int | None = None,
+    precision: float | None = None,
+    seeds_max: int | None = None,
+    combination: str | None = None,
+    sampling: str | None = None,
+    samples: int | None = None,
+    jobs: int | None = None,
+    figures: Iterable[str] = ("slot_error_max_m", "settling_s", "recovery_max_s", "closest_pair_m"),
+    progress: Callable[[int, int], object] | None = None,
+) -> Sweep:
+    """Flies a scenario at many values of some axes, each with many seeds, in this process and on all cores.
+
+    Flies what ``ringwing sweep`` flies, and gives the same rows. Nothing is kept on disk; for sweeps of hours, the command keeps a
+    folder and goes on after a kill. Ctrl-C ends the sweep once the flights in the air have landed. Other threads run meanwhile.
+
+    Args:
+        scenario: A preset or a scenario file, to which axes are added; or a built-in sweep such as ``"delay-loss"``, or a sweep file.
+        axes: For each axis a list of values, or a text such as ``"0, 0.1 .. 1.0"`` or ``"uniform 0 .. 2"``. An axis is a key of the
+            scenario, or a name that stands in braces in a fault.
+        set: Keys of the scenario that every cell sets.
+        faults: Sentences in which braces hold an axis: ``"at 30 s link all->all delay {delay} s"``, or its values:
+            ``"... loss {0, 10 .. 50} %"``.
+        seeds: Number of flights of each cell (1).
+        first_seed: The first seed of each cell (1).
+        precision: Fly each cell until the 95 % interval of its success is this narrow.
+        seeds_max: With ``precision``, the most flights of a cell.
+        combination: ``"grid"``, ``"zip"`` or ``"one-at-a-time"``.
+        sampling: How random axes are drawn: ``"independent"`` or ``"latin-hypercube"``.
+        samples: Number of samples of the random axes.
+        jobs: Number of flights at the same time; by default the number of cores.
+        figures: The figures that ``cells`` has.
+        progress: Called when flights have landed, with their number and the most that there will be.
+
+    Raises:
+        ScenarioError: A line for each mistake in the sweep; no cell flies before all are checked.
+    """
+    options: _native.Options = {
+        "combination": combination,
+        "sampling": sampling,
+        "samples": samples,
+        "seeds": seeds,
+        "first_seed": first_seed,
+        "precision": precision,
+        "seeds_max": seeds_max,
+        "jobs": jobs,
+        "figures": list(figures),
+    }
+    named = [(name, _values(values)) for name, values in (axes or {}).items()]
+    rows, cells = _native.sweep(os.fspath(scenario), named, settings(set), sentences(faults), options, progress)
+    return Sweep(_table(rows), _table(cells))
+
+
+def _values(values: str | Sequence[Any] | NDArray[Any]) -> str | list[str]:
+    return values if isinstance(values, str) else [toml(value) for value in values]
+
+
+def _table(raw: _native.RawColumns) -> Table:
+    """The columns of results, in which the values of an axis are numbers if all are."""
+    texts = ("verdict", "violated", "payload_hash", "failure")
+    columns = of_raw(raw)
+    return Table({name: column if name in texts else _numbers(column) for name, column in columns.items()})
+
+
+def _numbers(column: NDArray[Any]) -> NDArray[Any]:
+    if column.dtype != object:
+        return column
+    try:
+        return column.astype(np.float64)
+    except ValueError:
+        return column
