@@ -268,6 +268,7 @@ fn one_that_flies_on_without_its_agent_is_avoided_too() {
 }
 
 /// Prints a row of the figures of ARCHITECTURE.md.
+#[expect(clippy::print_stdout, reason = "prints the table that the test is for")]
 fn print(name: &str, flights: &[Closest]) {
     let count = |is: &dyn Fn(&Closest) -> bool| flights.iter().filter(|one| is(one)).count();
     let nearest_m = |of: fn(&Closest) -> f64| flights.iter().map(of).fold(f64::INFINITY, f64::min);
