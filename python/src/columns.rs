@@ -28,14 +28,13 @@ pub(crate) struct TextColumn {
 impl TextColumn {
     pub(crate) fn push(&mut self, text: String) {
         // A flight repeats a few texts in every tick.
-        let code = match self.known.get(&text) {
-            Some(code) => *code,
-            None => {
-                let code = self.texts.len() as u32;
-                self.texts.push(text.clone());
-                self.known.insert(text, code);
-                code
-            }
+        let code = if let Some(code) = self.known.get(&text) {
+            *code
+        } else {
+            let code = self.texts.len() as u32;
+            self.texts.push(text.clone());
+            self.known.insert(text, code);
+            code
         };
         self.codes.push(code);
     }
@@ -73,10 +72,10 @@ impl Column {
             Self::Unsigned(column) => column.push(if let Value::Unsigned(value) = value { value } else { 0 }),
             Self::Flag(column) => column.push(matches!(value, Value::Flag(true))),
             Self::Text(column) => {
-                column.push(if let Value::Text(text) = value { text } else { String::new() })
+                column.push(if let Value::Text(text) = value { text } else { String::new() });
             }
             Self::Texts(column) => {
-                column.push(if let Value::Texts(texts) = value { texts } else { Vec::new() })
+                column.push(if let Value::Texts(texts) = value { texts } else { Vec::new() });
             }
         }
     }
