@@ -48,7 +48,7 @@ pub(crate) fn run(args: &FaultArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// The fault that a sentence asks for. A file of delays is read here, because the run may have another working folder.
-fn parsed(sentence: &str) -> anyhow::Result<Action> {
+pub(crate) fn parsed(sentence: &str) -> anyhow::Result<Action> {
     let action = sentence.parse().map_err(|error| WrongUsage(format!("{sentence:?}: {error}")))?;
     let mut faults = [Fault { at_s: 0.0, action }];
     trace::read_all(&mut faults).map_err(WrongUsage)?;

@@ -10,6 +10,7 @@ mod completion;
 mod config;
 mod doctor;
 mod fault_command;
+mod fault_picture;
 mod help;
 mod launcher;
 mod log_room;
@@ -73,7 +74,7 @@ enum Verb {
     Shrink(shrink::ShrinkArgs),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::RecoverArgs),
-    /// List, show or check scenarios
+    /// List, show or check scenarios, or draw what a fault does
     #[command(subcommand)]
     Scenario(scenario_command::ScenarioVerb),
     /// Check whether this machine is fit to fly

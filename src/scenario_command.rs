@@ -1,8 +1,9 @@
-//! `ringwing scenario`: lists, shows and checks scenarios.
+//! `ringwing scenario`: lists, shows and checks scenarios, and draws their faults.
 //!
 //! Never starts a process.
 
 use crate::{
+    fault_picture::{self, PictureArgs},
     output::{self, tell},
     run::warnings,
 };
@@ -25,9 +26,11 @@ pub(crate) enum ScenarioVerb {
         /// Name of a preset, or a scenario file
         scenario: String,
     },
+    /// Draw what a link fault does to a stream of samples
+    Picture(PictureArgs),
 }
 
-/// Lists, shows or checks.
+/// Lists, shows, checks or draws.
 pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
     match verb {
         ScenarioVerb::List => {
@@ -39,6 +42,7 @@ pub(crate) fn run(verb: &ScenarioVerb) -> anyhow::Result<ExitCode> {
             let text = Source::find(scenario)?.text;
             output::print(&text);
         }
+        ScenarioVerb::Picture(args) => fault_picture::run(args)?,
         ScenarioVerb::Check { scenario } => {
             let source = Source::find(scenario)?;
             let reading = Reading::read(&source, &[])?;

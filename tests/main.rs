@@ -20,6 +20,7 @@ mod faults;
 mod logs;
 mod losses;
 mod machines;
+mod manual;
 mod margin;
 mod pauses;
 mod presets;

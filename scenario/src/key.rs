@@ -83,6 +83,11 @@ pub(crate) fn unit(key: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| key.ends_with(unit.suffix))
 }
 
+/// The symbol of the unit of `key`, as written after a number: `m/s`.
+pub fn unit_symbol(key: &str) -> Option<&'static str> {
+    unit(key).map(|unit| unit.symbol)
+}
+
 /// `value` with the unit of `key`: `12 m/s`.
 pub(crate) fn with_unit(key: &str, value: f64) -> String {
     unit(key).map_or_else(|| value.to_string(), |unit| format!("{value} {}", unit.symbol))

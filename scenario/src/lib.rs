@@ -22,6 +22,7 @@ pub mod start;
 mod validate;
 
 pub use fault::{Action, Fault, schedule::FaultSchedule};
+pub use key::unit_symbol;
 pub use model::{
     AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
     GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection,
@@ -29,5 +30,5 @@ pub use model::{
     SensingSection, ShapeName, StartSection, StartState, SupervisionSection, TimeSection, Wake,
 };
 pub use preset::Preset;
-pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, keys};
+pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, example_scenario, keys};
 pub use validate::{PAYLOAD_MAX_BYTES, UAVS_MAX, UAVS_MIN};

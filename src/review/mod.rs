@@ -2,6 +2,7 @@
 //!
 //! Never changes the log, and never needs the folder of the run.
 
+mod animation;
 mod figures;
 mod flight;
 mod overlay;
@@ -38,6 +39,9 @@ pub(crate) struct ReviewArgs {
     /// Print the summary as JSON, and draw figures only if --out is given
     #[arg(long, conflicts_with = "other")]
     json: bool,
+    /// Also draw the flight as an animated picture, `flight.svg`
+    #[arg(long, conflicts_with = "other")]
+    animate: bool,
 }
 
 /// Prints the summary and draws the figures; the exit code is that of the flight, or of the worse one of two.
@@ -53,9 +57,12 @@ pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
     }
     let first = flights.first().map(|flight| flight.path.clone()).unwrap_or_default();
     let beside = || first.with_file_name("review");
-    let folder = args.out.clone().or_else(|| (!args.json).then(beside));
+    let folder = args.out.clone().or_else(|| (!args.json || args.animate).then(beside));
     if let Some(folder) = folder {
         draw(&flights, &folder)?;
+        for flight in flights.iter().filter(|_| args.animate) {
+            write(&folder.join("flight.svg"), &animation::svg(flight))?;
+        }
         if !args.json {
             tell(&format!("  figures  {}", folder.join("index.html").display()));
         }

@@ -28,8 +28,8 @@ const OPTIONAL: [&str; 7] = [
     "intruders.repeat",
 ];
 
-/// The example itself.
-pub(crate) fn scenario() -> Scenario {
+/// The example itself: every key has a value, and every list of sections an item.
+pub fn scenario() -> Scenario {
     Scenario {
         description: "two rings, one sky".into(),
         formation: FormationSection {

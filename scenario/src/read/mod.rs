@@ -19,9 +19,7 @@ mod syntax;
 mod tests;
 mod tree;
 
-pub use example::keys;
-#[cfg(test)]
-pub(crate) use example::scenario as example_scenario;
+pub use example::{keys, scenario as example_scenario};
 pub use problem::{Place, Problem, ScenarioError};
 pub use setting::Setting;
 pub use source::Source;

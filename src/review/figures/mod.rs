@@ -32,7 +32,7 @@ const LINE_DETAIL: (usize, usize) = (150, 2000);
 const GREY: RGBColor = RGBColor(0x77, 0x77, 0x77);
 // Green, as in Fig. 3 of the paper.
 const LEADER: RGBColor = RGBColor(0x00, 0x80, 0x00);
-const ALARM: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
+pub(super) const ALARM: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
 const TIME: &str = "time, s";
 /// The scenarios of the paper's simulations.
 const PAPERS: [&str; 2] = ["paper-4.1", "paper-4.2"];
@@ -74,7 +74,7 @@ fn paper(flight: &LoggedFlight, figure: &str) -> String {
 }
 
 /// The colour of the UAV with this index, from 0.
-fn colour(uav: usize) -> RGBColor {
+pub(super) fn colour(uav: usize) -> RGBColor {
     let palette::Rgb { red, green, blue } = palette::colour(uav as u32 + 1);
     RGBColor(red, green, blue)
 }
