@@ -126,8 +126,8 @@ impl Stream {
         let LinkCounts { offered, delivered, late, lost, duplicated, corrupted, .. } = self.counts;
         let parts = [(late, "late"), (lost, "lost"), (corrupted, "damaged"), (duplicated, "twice")];
         let others = parts.into_iter().filter(|(count, _)| *count > 0);
-        let others: String = others.map(|(count, what)| format!(", {count} {what}")).collect();
-        format!("{offered} samples sent, {delivered} received{others}")
+        let others: Vec<String> = others.map(|(count, what)| format!(", {count} {what}")).collect();
+        format!("{offered} samples sent, {delivered} received{}", others.concat())
     }
 
     /// The ticks whose samples never arrived.
@@ -139,8 +139,8 @@ impl Stream {
         let sent = |tick: Tick| Some((tick.seconds(RATE_HZ), state(tick).position_m[0]));
         let (damaged, lost): (Vec<_>, Vec<_>) = self.missing().partition(|tick| self.damaged.contains(tick));
         // A line from what was sent to what arrived: its length along the time is the delay, its height the error.
-        let ways = self.arrivals.iter().flat_map(|arrival| [sent(arrival.sent), point(arrival), None]);
-        let arrived = self.arrivals.iter().flat_map(|arrival| [point(arrival), None]);
+        let ways = self.arrivals.iter().flat_map(|arrival| [sent(arrival.sent), Some(point(arrival)), None]);
+        let arrived = self.arrivals.iter().flat_map(|arrival| [Some(point(arrival)), None]);
         let dots = |ticks: Vec<Tick>| ticks.into_iter().flat_map(|tick| [sent(tick), None]).collect();
         let lines = [
             ("on its way", WAY_COLOUR, Stroke::Solid, ways.collect()),
@@ -164,8 +164,8 @@ impl Stream {
     }
 }
 
-fn point(arrival: &Arrival) -> Option<(f64, f64)> {
-    Some((arrival.at.seconds(RATE_HZ), arrival.x_m))
+fn point(arrival: &Arrival) -> (f64, f64) {
+    (arrival.at.seconds(RATE_HZ), arrival.x_m)
 }
 
 fn band(sentence: &str, fault: &LinkFault) -> Band {
@@ -209,7 +209,7 @@ mod tests {
         assert_eq!(stream("link leader->3 delay 200 ms").account(), "60 samples sent, 60 received, 40 late");
         assert_eq!(
             stream("link own->3 duplicate 100 %").account(),
-            "60 samples sent, 100 received, 40 twice"
+            "60 samples sent, 100 received, 40 late, 40 twice"
         );
         let damaged = stream("link 2->3 corrupt 50 %");
         assert_eq!(damaged.damaged, damaged.missing().collect::<Vec<_>>());

@@ -7,9 +7,9 @@
 //! command of a block `console background` runs beside the commands below it, as in another terminal.
 
 use super::{
-    REMEDY, files,
+    REMEDY,
     markdown::{Block, Page},
-    overwrites, root,
+    overwrites, pages, root,
 };
 use snapbox::{IntoData, filter::NormalizeToExpected};
 use std::{fmt::Write, fs, os::unix::fs::symlink, path::Path, process::Command, sync::Mutex, thread};
@@ -49,7 +49,7 @@ struct Example {
 
 #[test]
 fn every_example_prints_what_its_page_shows() {
-    let pages = Mutex::new(files(&root().join("docs/src"), "md").into_iter());
+    let pages = Mutex::new(pages().into_iter());
     let faults = Mutex::new(Vec::new());
     thread::scope(|scope| {
         for _ in 0..WORKERS {
@@ -162,7 +162,7 @@ fn split(output: &str) -> Vec<(String, i32)> {
         // The shell puts a line break before the mark.
         let printed = text.strip_suffix('\n').unwrap_or(&text).to_owned();
         outputs.push((printed, code.parse().unwrap()));
-        text = rest.to_owned();
+        rest.clone_into(&mut text);
     }
     outputs
 }

@@ -58,7 +58,7 @@ impl Reference {
             inner.into_iter().map(|field| (join(path, &field.name), self.inner(field).unwrap())).collect();
         let head = "| key | unit | default | allowed | meaning |\n| --- | --- | --- | --- | --- |";
         // The documentation of a section begins with its name.
-        let intro = self.plain(doc);
+        let intro = plain(doc);
         let intro = intro.split_once("]`: ").map_or(intro.clone(), |(_, text)| capitalised(text));
         // Without keys of its own, a section only groups others.
         if !rows.is_empty() {
@@ -80,14 +80,9 @@ impl Reference {
     fn row(&self, field: &Field, path: &str, is_list: bool) -> String {
         let key = join(&if is_list { format!("{path}.0") } else { path.into() }, &field.name);
         let unit = unit_symbol(&key).unwrap_or_default();
-        let default = if is_list { self.default_in_list(field) } else { self.default(&key) };
-        let meaning = [self.plain(&field.doc), self.variants(field)].concat();
+        let default = if is_list { default_in_list(field) } else { self.default(&key) };
+        let meaning = [plain(&field.doc), self.variants(field)].concat();
         format!("| `{}` | {unit} | {default} | {} | {meaning} |", field.name, self.allowed(field, &key))
-    }
-
-    fn default_in_list(&self, field: &Field) -> String {
-        if field.has_default || field.kind.starts_with("Option<") { "may be left out" } else { "required" }
-            .into()
     }
 
     /// The value of a scenario that says nothing; where the law decides, that of each law.
@@ -125,31 +120,35 @@ impl Reference {
     fn variants(&self, field: &Field) -> String {
         let kind = field.kind.trim_start_matches("Option<").trim_end_matches('>');
         let Some(Documented::Enum(variants)) = self.types.get(kind) else { return String::new() };
-        let each = variants.iter().map(|(name, doc)| format!("<br>`{name}`: {}", self.plain(doc)));
+        let each = variants.iter().map(|(name, doc)| format!("<br>`{name}`: {}", plain(doc)));
         each.collect()
     }
+}
 
-    /// Documentation without links to items of the code: a section's struct becomes the section's name.
-    fn plain(&self, doc: &str) -> String {
-        let mut text = String::new();
-        let mut rest = doc;
-        while let Some((before, link)) = rest.split_once("[`") {
-            let Some((item, after)) = link.split_once("`]") else { break };
-            let after =
-                after.strip_prefix('(').and_then(|to| to.split_once(')')).map_or(after, |(_, after)| after);
-            write!(text, "{before}`{}`", self.key_of(item)).unwrap();
-            rest = after;
-        }
-        (text + rest).replace('|', "\\|")
+/// Documentation without links to items of the code: a section's struct becomes the section's name.
+fn plain(doc: &str) -> String {
+    let mut text = String::new();
+    let mut rest = doc;
+    while let Some((before, link)) = rest.split_once("[`") {
+        let Some((item, after)) = link.split_once("`]") else { break };
+        let after =
+            after.strip_prefix('(').and_then(|to| to.split_once(')')).map_or(after, |(_, after)| after);
+        write!(text, "{before}`{}`", key_of(item)).unwrap();
+        rest = after;
     }
+    (text + rest).replace('|', "\\|")
+}
 
-    /// `SafetySection` as `[safety]`, `ControlSection::ring_closes` as `control.ring_closes`.
-    fn key_of(&self, item: &str) -> String {
-        let (name, field) = item.split_once("::").unwrap_or((item, ""));
-        let Some(section) = name.strip_suffix("Section") else { return item.into() };
-        let section = section.to_lowercase();
-        if field.is_empty() { format!("[{section}]") } else { format!("{section}.{field}") }
-    }
+fn default_in_list(field: &Field) -> String {
+    if field.has_default || field.kind.starts_with("Option<") { "may be left out" } else { "required" }.into()
+}
+
+/// `SafetySection` as `[safety]`, `ControlSection::ring_closes` as `control.ring_closes`.
+fn key_of(item: &str) -> String {
+    let (name, field) = item.split_once("::").unwrap_or((item, ""));
+    let Some(section) = name.strip_suffix("Section") else { return item.into() };
+    let section = section.to_lowercase();
+    if field.is_empty() { format!("[{section}]") } else { format!("{section}.{field}") }
 }
 
 fn capitalised(text: &str) -> String {

@@ -1,7 +1,7 @@
 //! Deliberate faults of a run: what happens to which processes and links, and when.
 //!
 //! A fault is a sentence such as `at 30 s kill uav 3`. The same grammar serves `[[faults]]` in a scenario file,
-//! `--fault` on the command line, and `ringwing fault` for a live run; README.md lists it. `grammar` parses a
+//! `--fault` on the command line, and `ringwing fault` for a live run; docs/src/faults.md lists it. `grammar` parses a
 //! sentence into a [`Fault`], `display` writes it back, and [`schedule`] turns faults into ticks.
 //!
 //! Never applies a fault: the launcher signals processes, and each agent impairs the links that it receives from.

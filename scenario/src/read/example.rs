@@ -29,6 +29,9 @@ const OPTIONAL: [&str; 7] = [
 ];
 
 /// The example itself: every key has a value, and every list of sections an item.
+///
+/// # Panics
+/// Never: the sentence of its fault is right.
 pub fn scenario() -> Scenario {
     Scenario {
         description: "two rings, one sky".into(),
