@@ -163,8 +163,8 @@ fn an_intruder_keeps_its_distance_and_must_be_there_to_be_measured() {
         judged(&scenario, &rest(&scenario)),
         ["distance of intruders not measured, as there is none, required at least 5 m"]
     );
-    // Slot 1 is behind the leader, so UAV 1 begins at (-40, 0); the intruder passes 4 m south of there, northbound.
-    scenario.intruders = vec![testing::intruder([-40.0, -4.0])];
+    // Slot 1 is behind the leader, so UAV 1 begins at (-40, 0); the intruder is 4 m north of there and flies on.
+    scenario.intruders = vec![testing::intruder([-40.0, 4.0])];
     assert_eq!(
         judged(&scenario, &rest(&scenario)),
         ["intruder 1 at 4.00 m (uav 1 at 0.00 s), required at least 5 m"]
