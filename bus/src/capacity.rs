@@ -299,7 +299,7 @@ mod tests {
             refused.contains("a run of 1000 UAVs needs ") && refused.contains("free of 67.1 MB"),
             "{refused}"
         );
-        assert!(refused.contains("--shm-size=96m"), "{refused}");
+        assert!(refused.contains("--shm-size=112m"), "{refused}");
     }
 
     #[test]
