@@ -154,7 +154,10 @@ fn shown(defaults: &Defaults, user_file: Option<&Path>) -> String {
         + &line("jobs", jobs, "one per core");
     if defaults.files.is_empty() {
         let places = user_file.map(|path| format!(" or {}", path.display())).unwrap_or_default();
-        text += &format!("\nNo file sets a default: write {FILE} in this folder, in one above it,{places}");
+        text.push_str("\nNo file sets a default: write ");
+        text.push_str(FILE);
+        text.push_str(" in this folder, in one above it,");
+        text.push_str(&places);
     }
     text.trim_end().to_owned()
 }

@@ -122,7 +122,7 @@ fn line(command: &Command, verb: &Command, columns: usize) -> String {
 
 /// Examples, one in each line.
 fn lines_of(examples: &[&str]) -> String {
-    examples.iter().map(|example| format!("  {example}\n")).collect()
+    examples.iter().flat_map(|example| ["  ", example, "\n"]).collect()
 }
 
 fn section(command: &Command, title: &str, lines: &str) -> String {

@@ -12,7 +12,7 @@ use crate::{
     output::{self, BAD, DOUBTFUL, GOOD, painted, print, wrapped},
 };
 use serde::Serialize;
-use std::{io, process::ExitCode};
+use std::{fmt::Write, io, process::ExitCode};
 
 /// Columns of the name of a check.
 const NAME_COLUMNS: usize = 15;
@@ -85,9 +85,12 @@ fn rendered(checks: &[Check], columns: usize, is_coloured: bool) -> String {
         // Below some width a column of findings would have one word a line.
         let width = columns.saturating_sub(indent).max(columns / 2);
         let lines = wrapped(finding, width);
-        text += &format!("{name:NAME_COLUMNS$}{grade}{}\n", lines[0]);
+        // Writing to a text cannot fail.
+        let _ = writeln!(text, "{name:NAME_COLUMNS$}{grade}{}", lines[0]);
         let rest = columns.saturating_sub(width).min(indent);
-        text.extend(lines[1..].iter().map(|line| format!("{:rest$}{line}\n", "")));
+        for line in &lines[1..] {
+            let _ = writeln!(text, "{:rest$}{line}", "");
+        }
     }
     text
 }
