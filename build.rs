@@ -26,7 +26,7 @@ fn of_package() -> Option<String> {
 
 /// The commit of the repository, and whether files differ from it.
 fn of_repository() -> Option<String> {
-    // This file gets a line with each commit and each change of branch, and nothing else.
+    // Git adds a line to this file with each commit and each change of branch.
     println!("cargo::rerun-if-changed={}", git(&["rev-parse", "--git-path", "logs/HEAD"])?);
     source_folders().for_each(|folder| println!("cargo::rerun-if-changed={folder}"));
     let commit = git(&["rev-parse", &format!("--short={DIGITS}"), "HEAD"])?;

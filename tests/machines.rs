@@ -84,7 +84,7 @@ fn a_run_that_just_fits_flies_even_if_its_recorder_sleeps() {
 #[test]
 fn a_run_flies_to_its_end_when_others_fill_shared_memory() {
     let out = tempfile::tempdir().unwrap();
-    // The restart needs memory while there is none but what the run has set aside.
+    // The restart needs memory, and all that is left is what the run has set aside.
     let flight = format!(
         "{BINARY} run paper-4.1 --real-time --duration 3 --fault 'at 1.5 s restart uav 3 after 0.2 s' --out {}",
         out.path().display()

@@ -1,9 +1,8 @@
 //! One UAV's agent: what it receives goes in, the command for its airframe and its own state come out.
 //!
 //! [`UavAgent`] is everything an agent does in a tick: [`reception`] decides which samples it can use, the [`pilot`]
-//! what to do with them. The pilot flies the paper's control [`law`], through the collision filter of [`safety`]; [`membership`] tells it who is
-//! alive.
-//! [`process`] is the operating-system process around them, and the only module here that knows ports, clocks and
+//! what to do with them. The pilot flies the paper's control [`law`], through the collision filter of [`safety`];
+//! [`membership`] tells it who is alive. [`process`] is the operating-system process around them, and the only module here that knows ports, clocks and
 //! threads.
 //!
 //! Never reads the world's truth, nor the state of any UAV that is not its ring neighbour.

@@ -3,7 +3,7 @@
 //! Every browser and every page that shows SVG plays it, without a script. Must never know what moves: callers hand in
 //! places, colours and text.
 
-use crate::extent::Extent;
+use crate::{colour::hex, extent::Extent, html::escaped};
 use plotters::style::RGBColor;
 use std::{f64::consts::PI, fmt::Write};
 
@@ -301,7 +301,7 @@ fn draw_mover(svg: &mut String, mover: &Mover, view: &View, timing: Timing) {
     );
 }
 
-/// The places, with the last known one where there is none.
+/// The places; a mark that is nowhere keeps the place that it had last.
 fn held(places: &[Option<Place>]) -> Vec<Place> {
     let mut last = places.iter().flatten().next().copied();
     places
@@ -322,14 +322,6 @@ fn unwound(angles: impl Iterator<Item = f64>) -> Vec<f64> {
             last
         })
         .collect()
-}
-
-fn hex(RGBColor(red, green, blue): RGBColor) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

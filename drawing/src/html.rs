@@ -52,7 +52,7 @@ pub fn interactive_page(title: &str, body: &str, figures: Vec<PageFigure>) -> St
     page(title, &format!("{body}{scripts}"))
 }
 
-/// `text` with every character replaced that has a meaning in HTML.
+/// `text` with every character replaced that has a meaning in HTML or SVG.
 #[must_use]
 pub fn escaped(text: &str) -> String {
     // The ampersand comes first, because the other replacements contain one.

@@ -5,10 +5,10 @@
 
 use crate::{
     chart::{Band, Chart, Curve, Mark, Stroke, Symbol},
+    colour::hex,
     scale::Scale,
 };
 use base64::{Engine, prelude::BASE64_STANDARD};
-use plotters::style::RGBColor;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
@@ -211,13 +211,10 @@ fn label(mark: &Mark) -> Value {
     })
 }
 
-fn hex(RGBColor(red, green, blue): RGBColor) -> String {
-    format!("#{red:02x}{green:02x}{blue:02x}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plotters::style::RGBColor;
 
     fn line(name: &str, points: Vec<Option<(f64, f64)>>) -> Curve {
         Curve { name: name.into(), colour: RGBColor(0, 0x72, 0xb2), stroke: Stroke::Solid, points }

@@ -1,7 +1,7 @@
 //! Where the law would take the UAV over the next seconds.
 //!
-//! The leader flies on along its arc, the neighbours and the obstacles straight, and the slots stay where they are in the formation. Never
-//! changes the flight: the collision filter only asks what would happen.
+//! The leader flies on along its arc, the neighbours and the obstacles straight, and the slots stay where they are in the
+//! formation. Never changes the flight: the collision filter only asks what would happen.
 
 use super::{gains::Gains, repulsion_of, track::PeerTrack};
 use crate::law::{Bond, Field, potential_forces, speed_force};

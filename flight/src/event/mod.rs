@@ -1,4 +1,4 @@
-//! Events: the incidents of a run that people want to read about, such as losses, faults and collisions.
+//! Events: what happens in a run and is worth reading about, such as losses, faults and collisions.
 //!
 //! An event is data: who, with whom, where, which fault. It must never carry a sentence that another process has to
 //! parse. Code that acts on an event reads its fields; code that shows one calls [`Event::text`].

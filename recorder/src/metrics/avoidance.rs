@@ -113,7 +113,7 @@ impl Spread {
         super::raise(&mut self.max, value);
     }
 
-    /// Their mean; `None` if there are none.
+    /// Their mean; `None` before the first.
     pub(super) fn mean(&self) -> Option<f64> {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }

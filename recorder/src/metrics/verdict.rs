@@ -121,7 +121,7 @@ fn judge_intruders(least_m: f64, summary: &FlightSummary) -> Option<String> {
     let closest = summary.intruders.iter().min_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
     let Some(closest) = closest else {
         return Some(format!(
-            "distance of intruders not measured, as there is none, required at least {least_m} m"
+            "distance of intruders not measured, because nobody intrudes, required at least {least_m} m"
         ));
     };
     (closest.distance_m < least_m).then(|| {

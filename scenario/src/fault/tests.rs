@@ -52,65 +52,65 @@ fn every_spelling_of_a_fault_is_written_back_in_one_form() {
     assert_eq!("at 30 s kill uav 3".parse::<Fault>().unwrap().to_string(), "at 30 s kill uav 3");
 }
 
+/// Sentences with a mistake, and what the error says of each.
+const SYNTAX_ERRORS: [(&str, &str); 25] = [
+    (
+        "",
+        "the sentence is empty: expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+    ),
+    (
+        "kil uav 3",
+        "word 1, \"kil\": did you mean kill? Expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+    ),
+    ("kill", "after \"kill\": expected uav, random, all, leader, recorder or world"),
+    ("kill 3", "word 2, \"3\": expected uav, random, all, leader, recorder or world"),
+    ("kill uav three", "word 3, \"three\": expected the number of a UAV, from 1"),
+    ("kill uav 0", "word 3, \"0\": expected the number of a UAV, from 1"),
+    ("kill uav 3 now", "word 4, \"now\": expected the end of the sentence"),
+    ("freeze uav 3 for 2", "after \"2\": expected s or ms"),
+    ("freeze uav 3 for 2 sec", "word 6, \"sec\": expected s or ms"),
+    (
+        "freeze uav 3 for 0 s",
+        "word 5, \"0\": out of range, expected a time above 0 of at most a day, such as 10 s",
+    ),
+    ("restart uav 3 5 s", "word 4, \"5\": expected after"),
+    ("link 2>3 loss 3 %", "word 3, \">\": expected ->"),
+    (
+        "link 2->3",
+        "after \"3\": expected delay, loss, gilbert, blackout, corrupt, rate, duplicate, reorder, hold, stuck, bias or noise",
+    ),
+    (
+        "link 2->3 dealy 3 s",
+        "word 5, \"dealy\": did you mean delay? Expected delay, loss, gilbert, blackout, corrupt, rate, duplicate, reorder, hold, stuck, bias or noise",
+    ),
+    ("link 2->3 loss 30", "word 6, \"30\": not between 0 and 1, expected a probability, such as 30 % or 0.3"),
+    (
+        "link 2->3 delay soon",
+        "word 6, \"soon\": expected a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"",
+    ),
+    ("link 2->3 delay 1 s pareto 1 s shape 1", "word 12, \"1\": not above 1, expected a shape such as 3"),
+    (
+        "link 2->3 gilbert",
+        "after \"gilbert\": expected loss, as in: gilbert loss 5 % burst 80 ms; or two probabilities, as in: gilbert 1 % 10 %",
+    ),
+    ("link 2->3 gilbert loss 5 %", "after \"%\": expected burst"),
+    (
+        "link 2->3 rate 0 samples/s",
+        "word 6, \"0\": out of range, expected a capacity above 0, such as 20 samples/s, of at most 1000000",
+    ),
+    ("link 2->3 rate 20 Hz", "word 7, \"Hz\": expected samples"),
+    (
+        "link 2->3 rate 20 samples/s queue 0",
+        "word 11, \"0\": expected the places of the queue, from 1 to 10000",
+    ),
+    ("partition {1,2}", "after \"}\": expected |"),
+    ("partition {1,2}|{2}", "after \"}\": expected each UAV once, but uav 2 is named twice"),
+    ("heal uav 3", "word 2, \"uav\": expected all, link, partition or isolate"),
+];
+
 #[test]
 fn a_syntax_error_names_the_word_and_what_was_expected() {
-    for (text, message) in [
-        (
-            "",
-            "the sentence is empty: expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
-        ),
-        (
-            "kil uav 3",
-            "word 1, \"kil\": did you mean kill? Expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
-        ),
-        ("kill", "after \"kill\": expected uav, random, all, leader, recorder or world"),
-        ("kill 3", "word 2, \"3\": expected uav, random, all, leader, recorder or world"),
-        ("kill uav three", "word 3, \"three\": expected the number of a UAV, from 1"),
-        ("kill uav 0", "word 3, \"0\": expected the number of a UAV, from 1"),
-        ("kill uav 3 now", "word 4, \"now\": expected the end of the sentence"),
-        ("freeze uav 3 for 2", "after \"2\": expected s or ms"),
-        ("freeze uav 3 for 2 sec", "word 6, \"sec\": expected s or ms"),
-        (
-            "freeze uav 3 for 0 s",
-            "word 5, \"0\": out of range, expected a time above 0 of at most a day, such as 10 s",
-        ),
-        ("restart uav 3 5 s", "word 4, \"5\": expected after"),
-        ("link 2>3 loss 3 %", "word 3, \">\": expected ->"),
-        (
-            "link 2->3",
-            "after \"3\": expected delay, loss, gilbert, blackout, corrupt, rate, duplicate, reorder, hold, stuck, bias or noise",
-        ),
-        (
-            "link 2->3 dealy 3 s",
-            "word 5, \"dealy\": did you mean delay? Expected delay, loss, gilbert, blackout, corrupt, rate, duplicate, reorder, hold, stuck, bias or noise",
-        ),
-        (
-            "link 2->3 loss 30",
-            "word 6, \"30\": not between 0 and 1, expected a probability, such as 30 % or 0.3",
-        ),
-        (
-            "link 2->3 delay soon",
-            "word 6, \"soon\": expected a time such as 200 ms, trace {20 ms, 35 ms}, or file \"wifi.txt\"",
-        ),
-        ("link 2->3 delay 1 s pareto 1 s shape 1", "word 12, \"1\": not above 1, expected a shape such as 3"),
-        (
-            "link 2->3 gilbert",
-            "after \"gilbert\": expected loss, as in: gilbert loss 5 % burst 80 ms; or two probabilities, as in: gilbert 1 % 10 %",
-        ),
-        ("link 2->3 gilbert loss 5 %", "after \"%\": expected burst"),
-        (
-            "link 2->3 rate 0 samples/s",
-            "word 6, \"0\": out of range, expected a capacity above 0, such as 20 samples/s, of at most 1000000",
-        ),
-        ("link 2->3 rate 20 Hz", "word 7, \"Hz\": expected samples"),
-        (
-            "link 2->3 rate 20 samples/s queue 0",
-            "word 11, \"0\": expected the places of the queue, from 1 to 10000",
-        ),
-        ("partition {1,2}", "after \"}\": expected |"),
-        ("partition {1,2}|{2}", "after \"}\": expected each UAV once, but uav 2 is named twice"),
-        ("heal uav 3", "word 2, \"uav\": expected all, link, partition or isolate"),
-    ] {
+    for (text, message) in SYNTAX_ERRORS {
         assert_eq!(syntax_error(text), message, "{text}");
     }
     let late = "kill uav 3".parse::<Fault>().unwrap_err().to_string();

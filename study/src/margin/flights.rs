@@ -103,7 +103,7 @@ impl State {
     }
 }
 
-/// The number of the next flight; `None` if there is none.
+/// The number of the next flight; `None` after the last.
 fn begin(state: &Mutex<State>, most: u64) -> Option<u64> {
     let mut state = lock(state);
     if state.is_over || state.begun == most {

@@ -57,7 +57,7 @@ impl ResultsError {
 }
 
 impl Manifest {
-    /// Reads the manifest of the sweep in `folder`; `None` if there is none.
+    /// Reads the manifest of the sweep in `folder`; `None` if the folder has no manifest.
     ///
     /// # Errors
     /// The file cannot be read, or is not a manifest of this version.

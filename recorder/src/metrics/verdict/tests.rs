@@ -161,7 +161,7 @@ fn an_intruder_keeps_its_distance_and_must_be_there_to_be_measured() {
     let rest = |scenario: &Scenario| flown(scenario, 100, |_, _| ());
     assert_eq!(
         judged(&scenario, &rest(&scenario)),
-        ["distance of intruders not measured, as there is none, required at least 5 m"]
+        ["distance of intruders not measured, because nobody intrudes, required at least 5 m"]
     );
     // Slot 1 is behind the leader, so UAV 1 begins at (-40, 0); the intruder is 4 m north of there and flies on.
     scenario.intruders = vec![testing::intruder([-40.0, 4.0])];
