@@ -1,4 +1,6 @@
 //! How slowly, how fast and how tightly airframes flew.
+//!
+//! Never judges: whether an airframe may fly so is the world's business.
 
 use super::TrueState;
 

@@ -94,6 +94,7 @@ mod tests {
         };
         assert_eq!(watch.summary(), Some(expected));
     }
+
     #[test]
     fn clearance_is_to_where_a_moving_obstacle_is() {
         let drifting =
