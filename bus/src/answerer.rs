@@ -18,6 +18,8 @@ pub struct Answerer {
 impl Answerer {
     /// Announces that `member` is ready to answer. All ports that it needs must be open before.
     pub fn join(member: &Member) -> Result<Self, BusError> {
+        // Listen before announcing readiness: the world may open a tick right after, and an event that nobody listens
+        // to is lost.
         let waker = Waker::of_answerer(member)?;
         let gate = member.announce_ready()?;
         Ok(Self { part: member.part(), last: gate.missed(), gate, waker, stop: member.stop().clone() })
@@ -37,6 +39,7 @@ impl Answerer {
 
     /// Answers `tick`. Everything that this process sends for it must be published before.
     pub fn answer(&mut self, tick: Tick) -> Result<(), BusError> {
+        // Count the answer before the event goes out: the event only makes the world look at the count.
         self.gate.answer(self.part, tick);
         self.last = Some(tick);
         self.waker.notify()

@@ -295,6 +295,7 @@ impl<T: Payload> BoardReader<T> {
     /// Hands over what the sender has shown in `ticks` and the board still keeps, oldest first. Returns the tick of the
     /// last value handed over.
     pub fn read(&self, ticks: RangeInclusive<Tick>, mut take: impl FnMut(&T, &Stamps)) -> Option<Tick> {
+        // Newer ticks have taken the entries of older ones, so there is nothing to find before this one.
         let oldest_kept = ticks.end().0 - self.entries.len().cast_signed() as i64 + 1;
         let mut newest = None;
         for tick in ticks.start().0.max(oldest_kept)..=ticks.end().0 {
@@ -338,6 +339,7 @@ impl<T: Payload> BoardReader<T> {
 
 /// The place of `tick` among `kept` entries.
 fn slot_of(tick: Tick, kept: usize) -> usize {
+    // The approach is tick -1, for which a plain remainder would be negative.
     tick.0.rem_euclid(kept.cast_signed() as i64) as usize
 }
 

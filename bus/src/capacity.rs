@@ -105,6 +105,7 @@ impl Capacity {
             memory: MemorySpace::look(),
             files: space.filter(|space| space.f_files > 0).map(|space| space.f_favail),
             descriptors: getrlimit(Resource::Nofile).maximum,
+            // The soft limit: unlike the one of open files, no process of a run raises it.
             file_bytes: getrlimit(Resource::Fsize).current,
             tasks: least_left([user_tasks(), group_tasks()]),
         }
@@ -120,6 +121,7 @@ impl Capacity {
             self.lacks_file_size(demand, depth),
             self.lacks_tasks(demand),
         ];
+        // Name all shortages together, so that the user does not fix one and then run into the next.
         let lacks: Vec<String> = lacks.into_iter().flatten().collect();
         if lacks.is_empty() { Ok(depth) } else { Err(Shortage(lacks)) }
     }
@@ -131,6 +133,7 @@ impl Capacity {
         let Some(MemorySpace { free, .. }) = self.memory else { return most };
         let left = free.saturating_sub(demand.memory_bytes(0)) / 2;
         let fits = left / journal::sample_bytes(demand.uavs) as u64;
+        // Never below what the run must have. If that does not fit, `lacks_memory` refuses the run.
         usize::try_from(fits).unwrap_or(usize::MAX).clamp(least, most)
     }
 

@@ -75,6 +75,7 @@ impl<T: Payload> Channel<T> {
             .subscriber_max_buffer_size(self.depth)
             .subscriber_max_borrowed_samples(BORROWED_MAX)
             .history_size(self.history)
+            // A full queue loses its oldest sample. Without this, the sender would wait for a reader that lags.
             .enable_safe_overflow(true)
             .create()
             .map_err(|error| self.error("cannot be created", error))
@@ -102,6 +103,7 @@ impl<T: Payload> Channel<T> {
     pub fn subscriber(&self, node: &Node<ipc::Service>, depth: usize) -> Result<Subscriber<T>, BusError> {
         let factory = self.open(node)?;
         let create = || {
+            // iceoryx2 refuses a subscriber whose buffer is larger than what the service was created with.
             let builder = factory.subscriber_builder().buffer_size(depth.min(self.depth));
             builder.set_degradation_handler(|_, _| count_failure()).create()
         };
@@ -149,6 +151,7 @@ impl<T: Payload> Publisher<T> {
     /// Sends `payload` to every subscriber, without waiting for any.
     pub fn send(&self, payload: T, stamps: Stamps) -> Result<(), BusError> {
         let failed = |error: &dyn Debug| service_error(&self.name, "cannot be sent to", error);
+        // Not initialized: header and payload are written over all of it, and every tick pays for this path.
         let mut sample = self.port.loan_uninit().map_err(|error| failed(&error))?;
         *sample.user_header_mut() = stamps;
         sample.write_payload(Wire(payload)).send().map_err(|error| failed(&error))?;

@@ -101,7 +101,9 @@ impl Demand {
             successors_bytes: bytes(PAGES_PER_INCARNATION) * successors(scenario),
             files: FILES_PER_RUN
                 + n * (FILES_PER_UAV + FILES_PER_LISTENER * events + FILES_PER_BALLAST * ballast),
+            // The world opens the journal in any case, so it exists without a recorder too, as small as possible.
             journal_depths: if has_recorder { journal_depths(scenario) } else { [1, 1] },
+            // The limit holds for each process by itself, so the one that opens more decides.
             descriptors: DESCRIPTORS_PER_RUN + n * launcher.max(world),
             tasks: TASKS_PER_RUN + n,
             other_segment_bytes: EVENT_SEGMENT_BYTES.max(ballast::segment_bytes(ballast_bytes)),
@@ -155,6 +157,7 @@ fn successors(scenario: &Scenario) -> u64 {
     let ends = |action| matches!(action, ProcessAction::Kill { .. } | ProcessAction::Stop);
     let actions = scenario.schedule().scheduled_actions();
     let planned = actions.iter().filter(|scheduled| ends(scheduled.action)).count() as u64;
+    // The agents, the leader and the recorder. A lost world ends the run, so it needs no room for a successor.
     let parts = u64::from(scenario.formation.uavs) + 2;
     SPARE_INCARNATIONS + planned.min(KEPT_INCARNATIONS * parts)
 }

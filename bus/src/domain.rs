@@ -41,6 +41,7 @@ impl DomainId {
         const DIGITS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
         let nanoseconds =
             SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64);
+        // The process id tells runs apart that start within one step of the clock.
         let mut number =
             nanoseconds.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ u64::from(std::process::id()).rotate_left(40);
         let digit = |_| {
@@ -108,6 +109,7 @@ impl DomainOwner {
                 break (id, lock);
             }
         };
+        // Own the domain before making its files: if a later step fails, dropping the owner removes what is there.
         let owner = Self { domain: Domain { id }, _lock: lock };
         let root = owner.domain.root();
         fs::DirBuilder::new().mode(0o750).create(&root).map_err(BusError::file(&root))?;
@@ -183,6 +185,7 @@ impl Domain {
     /// Whether the run's launcher lives: whether somebody holds the lock.
     pub fn has_launcher(&self) -> bool {
         let lock = fs::File::open(self.id.lock_path());
+        // A shared lock: with exclusive ones, two processes that look at once would take each other for the launcher.
         lock.is_ok_and(|lock| flock(&lock, FlockOperation::NonBlockingLockShared).is_err())
     }
 
@@ -266,6 +269,7 @@ fn create_lock(id: &DomainId) -> Result<Option<fs::File>, BusError> {
 pub fn all() -> Vec<DomainId> {
     let mut ids: Vec<DomainId> = entries().filter_map(|entry| id_in(&name_of(&entry))).collect();
     ids.sort();
+    // A domain has several entries in the folder, and each of them gives its name.
     ids.dedup();
     ids
 }
@@ -278,6 +282,7 @@ pub fn remove_abandoned() -> Vec<DomainId> {
         else {
             return false;
         };
+        // Hold the lock until everything is removed: two processes that clean up at once must not both take the domain.
         let abandoned = flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok();
         if abandoned {
             remove_all(id);
@@ -308,6 +313,8 @@ fn remove_all(id: &DomainId) {
 }
 
 fn id_in(name: &str) -> Option<DomainId> {
+    // Anybody may put files there. `get` also refuses a name that is too short, or that would be cut within a
+    // character.
     name.strip_prefix(PREFIX)?.get(..ID_LENGTH)?.parse().ok()
 }
 

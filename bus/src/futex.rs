@@ -24,7 +24,9 @@ pub fn wake_all(word: &AtomicU32) {
 /// It may return early, for example after a signal: the caller has to check its condition in any case.
 pub fn wait(word: &AtomicU32, old: u32, limit: Duration) {
     let limit = limit.min(LONGEST_SLEEP);
+    // The limit is below a second here, so its nanoseconds hold all of it.
     let timeout = Timespec { tv_sec: 0, tv_nsec: i64::from(limit.subsec_nanos()) };
+    // Not a private futex: the process that wakes this one has its own mapping of the word.
     match futex::wait(word, Flags::empty(), old, Some(&timeout)) {
         Ok(()) | Err(Errno::AGAIN | Errno::TIMEDOUT | Errno::INTR) => {}
         Err(errno) => unreachable!("a futex wait on mapped memory failed with {errno}"),

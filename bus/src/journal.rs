@@ -72,6 +72,7 @@ pub(crate) fn create(node: &Node<ipc::Service>, depth: usize) -> Result<Factory,
         .max_nodes(READERS + SENDERS)
         .subscriber_max_buffer_size(depth)
         .history_size(0)
+        // A full queue loses its oldest tick. Without this, the world would wait for a recorder that lags.
         .enable_safe_overflow(true)
         .create()
         .map_err(|error| journal_error("cannot be created", error))
@@ -115,6 +116,7 @@ impl JournalWriter {
     /// Takes the memory for the longest lag out of the reserve of `domain`. Without it, the world would be killed by SIGBUS
     /// when the recorder lags and `/dev/shm` is full.
     pub fn pin(&self, domain: &Domain) -> Result<(), BusError> {
+        // Release first: while the reserve holds this memory, the segment might find no other.
         domain.release(Reserve::Journal);
         domain.pin_segment_of(self.port.id().value(), lag_bytes(self.uavs as u32, self.depth))
     }

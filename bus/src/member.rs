@@ -48,6 +48,7 @@ impl Member {
         // Before any port is opened: the process that has the part already has the ports as well.
         check_vacant(&domain, &gate, part)?;
         let node = create_node(&domain, &part.node_name())?;
+        // A child inherits which signals its launcher ignores, as under `nohup`. It has to heed them all the same.
         let stop = if args.launcher.is_some() {
             StopFlag::on_signals_of_launcher()?
         } else {
@@ -93,6 +94,8 @@ impl Member {
     /// Fails if another process that still runs is ready as the same part.
     pub fn announce_ready(&self) -> Result<Gate, BusError> {
         let mut gate = self.gate.clone();
+        // Check again: opening the ports takes a while, and another process may have become ready as this part
+        // meanwhile.
         check_vacant(&self.domain, &gate, self.part)?;
         gate.note_missed(self.part);
         gate.set_ready_process(self.part, Some(std::process::id()));

@@ -16,6 +16,7 @@ pub fn create_node(domain: &Domain, name: &str) -> Result<Node<ipc::Service>, Bu
     NodeBuilder::new()
         .name(&node_name)
         .config(&domain.config()?)
+        // Signals belong to the `StopFlag`. iceoryx2 would install handlers of its own for SIGINT and SIGTERM.
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create()
         .map_err(|error| BusError::ipc(format!("node {name}: cannot be created"), error))

@@ -85,6 +85,7 @@ pub struct Page(MmapRaw);
 impl Page {
     /// Maps the first `lines` lines of the file `path`, which is created or made longer as needed.
     pub fn create(path: &Path, lines: usize) -> io::Result<Self> {
+        // Never shorten the file: SIGBUS would kill a process that has mapped it and reads beyond the new end.
         let file = OpenOptions::new().create(true).truncate(false).read(true).write(true).open(path)?;
         let bytes = (lines * size_of::<Line>()) as u64;
         allocate(&file, bytes)?;
@@ -94,6 +95,7 @@ impl Page {
     /// Maps the file `path`, which another process created with at least `lines` lines.
     pub fn open(path: &Path, lines: usize) -> io::Result<Self> {
         let page = Self::map(&OpenOptions::new().read(true).write(true).open(path)?)?;
+        // Check once here: a value beyond the end would panic only when somebody first uses it.
         if page.lines().len() < lines {
             return Err(io::Error::other("too short for its purpose; it belongs to another version"));
         }

@@ -63,6 +63,7 @@ impl Placement {
 
 /// The core for the process number `index` among `all` cores, round robin.
 fn one_core(all: &CpuSet, index: usize) -> CpuSet {
+    // Only the cores that this thread may use: a container may allow just some of the machine's.
     let usable: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|cpu| all.is_set(*cpu)).collect();
     let mut one = CpuSet::new();
     one.set(usable[index % usable.len()]);

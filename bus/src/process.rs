@@ -22,6 +22,8 @@ pub fn is_running(pid: u32) -> bool {
 ///
 /// Fails if `launcher` is not the parent, or has ended before the call: then the kernel would never act.
 pub fn die_with(launcher: u32) -> Result<(), BusError> {
+    // Ask for the signal before checking the parent. In the other order, a launcher that ends in between goes
+    // unnoticed.
     set_parent_process_death_signal(Some(Signal::KILL))
         .map_err(BusError::system("cannot tie this process to its launcher"))?;
     let parent = getppid().map(Pid::as_raw_nonzero).map(|pid| pid.get().cast_unsigned());

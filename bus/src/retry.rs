@@ -22,6 +22,7 @@ pub(crate) fn retry<T, E>(
             Err(error) if passes_by_itself(&error) && !patience.is_over() => {
                 thread::sleep(RETRY_PAUSE);
             }
+            // After the time limit, too, return the last error: it says what the process has waited for.
             result => return result,
         }
     }

@@ -74,6 +74,7 @@ pub fn leader(uavs: u32, pace: Pace) -> Board<LeaderState> {
 /// One service for all agents, because most of them never send.
 pub fn links(uavs: u32) -> Channel<LinkCounts> {
     let links = with_history(channel("uav/links".into(), 2, RECORDER_DEPTH));
+    // Every agent may come to send, and one that was killed keeps its place until it is cleaned up.
     Channel { senders: uavs as usize + SENDERS, ..links }
 }
 
@@ -163,11 +164,14 @@ impl Services {
             roster: roster().create(node)?,
             formation_error: formation_error().create(node)?,
             wake_ups: has_events
+                // Leader and world take two of the spare places. One is left for a successor whose predecessor is not
+                // cleaned up yet.
                 .then(|| waker::Events::create(node, uavs as usize + SPARE_READERS))
                 .transpose()?,
             ballast: if has_ballast { ballast::create(node, uavs)? } else { Vec::new() },
         };
         for part in Part::all(uavs) {
+            // Give back only what the next boards take: a run that starts at the same time could use up the rest.
             domain.release_part(Reserve::Swarm, demand::board_bytes(part, uavs));
             services.create_next(node, &gate, part)?;
         }
@@ -216,6 +220,8 @@ impl Services {
         incarnation: u32,
     ) -> Result<Vec<BoardFactory>, BusError> {
         let pace = self.pace;
+        // A predecessor's board is found by its place in the list, so the order below is the same for every
+        // incarnation.
         let old = |index: usize| self.boards.get(&part)?.get(index);
         match part {
             Part::World => self.create_world_boards(node, incarnation),

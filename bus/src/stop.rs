@@ -58,6 +58,7 @@ impl StopFlag {
 
     /// Whether the process is asked to stop.
     pub fn is_set(&self) -> bool {
+        // The flag says nothing about other memory, so nothing has to be ordered with it.
         self.0.load(Relaxed)
     }
 }

@@ -122,6 +122,8 @@ impl WaitStrategy {
                 policy.note(outcome, monotonic_ns());
                 outcome.held
             }
+            // In real time a wait lasts most of a period. Yielding from its start would burn all of it; `stand_by`
+            // yields at its end.
             Kind::Timed { .. } => false,
             Kind::Spinning => spin_until(condition),
         }
@@ -131,6 +133,7 @@ impl WaitStrategy {
     /// while standing by does not pay.
     pub(crate) fn stands_by_for(&mut self, due: Due) -> Due {
         match &mut self.0 {
+            // At 0 the process tries again. Otherwise this wait is one of those that it sleeps through.
             Kind::Timed { waits_until_retry: 0, .. } => due,
             Kind::Timed { waits_until_retry, .. } => {
                 *waits_until_retry -= 1;
@@ -144,6 +147,7 @@ impl WaitStrategy {
     pub(crate) fn stand_by(&mut self, due: Due, condition: impl Fn() -> bool) {
         let Kind::Timed { waits_until_retry, retry_after } = &mut self.0 else { return };
         let mut now_ns = monotonic_ns();
+        // Ends by itself if the tick does not come: once it is late by the lead, the time to stand by is over.
         while !condition() && due.until_stand_by(now_ns).is_zero() {
             yield_now();
             let then_ns = std::mem::replace(&mut now_ns, monotonic_ns());
@@ -153,6 +157,8 @@ impl WaitStrategy {
                 return;
             }
         }
+        // Halve instead of starting over: a disturbance that comes and goes then still finds a long pause the next
+        // time.
         *retry_after = (*retry_after / 2).max(TIMED_RETRY_WAITS_MIN);
     }
 
@@ -168,6 +174,7 @@ impl WaitStrategy {
                 yield_now();
             } else if nap.is_zero() {
                 rehearse();
+                // Stand by once: if that cost a time slice, the process sleeps for the rest of the wait.
                 self.stand_by(standing_by, is_done);
                 standing_by = Due::default();
             } else {
@@ -236,6 +243,8 @@ fn yield_until(start_ns: u64, long_yield_ns: u64, condition: impl Fn() -> bool) 
         let held = condition();
         let now_ns = monotonic_ns();
         let lost_slice = now_ns - before_ns >= long_yield_ns;
+        // Both limits are needed: on an idle core all yields return at once, and in a crowd a few of them take the
+        // whole time.
         let is_enough = yields >= YIELDS_MIN && now_ns - start_ns >= YIELDING_MIN_NS;
         if held || lost_slice || is_enough {
             return YieldOutcome { held, lost_slice };

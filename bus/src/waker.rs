@@ -79,6 +79,7 @@ impl Waker {
             Self::Gate(strategy) => gate.wait_for_answers(strategy, limit),
             Self::Events(ports) => {
                 let since = Instant::now();
+                // An event tells that somebody has answered, not that all have: only the gate counts.
                 while !gate.is_answered() && since.elapsed() < limit {
                     ports.listen(limit)?;
                 }
@@ -92,6 +93,7 @@ impl Waker {
     pub fn wait_until(&mut self, due: Due, is_over: impl Fn() -> bool, rehearse: impl FnMut()) {
         match self {
             Self::Gate(strategy) => strategy.wait_until(due, is_over, rehearse),
+            // A new strategy each time loses nothing: one that never stands by has nothing to learn.
             Self::Events(_) => WaitStrategy::timed().wait_until(Due { lead_ns: 0, ..due }, is_over, rehearse),
         }
     }
@@ -116,6 +118,7 @@ impl Waker {
         match self {
             Self::Gate(strategy) => Ok(gate.wait(seen, strategy, stop, rehearse)),
             Self::Events(ports) => loop {
+                // Look before listening: the tick may be open already, and its event lost because nobody listened yet.
                 if let Some(wait) = gate.news(seen, stop) {
                     return Ok(wait);
                 }

@@ -18,6 +18,8 @@ impl Domain {
         for entry in entries().filter(|entry| name_of(entry).starts_with(&self.id.segment_prefix())) {
             let Ok(meta) = entry.metadata() else { continue };
             let age = meta.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
+            // iceoryx2 lets nobody read a segment before it is complete, so a readable one is not stillborn even if it
+            // is empty.
             if meta.len() == 0 && meta.mode() & 0o400 == 0 && age > STILLBORN_AGE {
                 // Its creator may have removed it in between.
                 let _ = fs::remove_file(entry.path());

@@ -66,6 +66,7 @@ impl Domain {
     /// Makes sure that `bytes` are free for the successor of a lost process; takes them out of the reserve if there is one.
     pub(crate) fn make_room(&self, bytes: u64) -> Result<(), BusError> {
         self.release_part(Reserve::Successors, bytes);
+        // The reserve may be used up. Refuse the process here: later, SIGBUS would kill it when it finds no page.
         match MemorySpace::look() {
             Some(space) if space.free < bytes => {
                 Err(Shortage::of_memory("the next process", bytes, space).into())

@@ -34,8 +34,10 @@ impl Gate {
         stop: &StopFlag,
         rehearse: impl FnMut(),
     ) -> Wait {
+        // Round 0 means that no tick was opened yet, so a process that has seen none waits for any.
         let old = seen.map_or(0, round_of);
         let is_over = || self.page[ROUND].load(SeqCst) != old || stop.is_set();
+        // A spinning strategy returns after a bounded number of checks although nothing has happened.
         while strategy.never_sleeps() && !is_over() {
             strategy.yield_until(is_over);
         }

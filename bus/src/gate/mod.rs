@@ -39,6 +39,7 @@ impl Gate {
     pub(crate) fn create(path: &Path) -> Result<Self, BusError> {
         let page = Page::create(path, LINES).map_err(BusError::file(path))?;
         let gate = Self { page: Arc::new(page), missed: None };
+        // A new page is all zeros, and 0 would mean that the world holds tick 0.
         gate.release();
         Ok(gate)
     }
@@ -66,6 +67,7 @@ impl Gate {
     pub fn close(&self) {
         self.page[ROUND].store(CLOSED, SeqCst);
         futex::wake_all(&self.page[ROUND]);
+        // The recorder and the world sleep on words of their own.
         self.call_recorder();
         self.nudge_world();
     }
@@ -110,6 +112,7 @@ impl Gate {
     pub fn nudge_world(&self) {
         self.page[NUDGES].fetch_add(1, SeqCst);
         futex::wake_all(&self.page[NUDGES]);
+        // In lockstep, while a tick is open, the world sleeps on the count of answers instead of the nudges.
         futex::wake_all(&self.page[layout::ANSWERS]);
     }
 }

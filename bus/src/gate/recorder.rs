@@ -19,6 +19,7 @@ impl Gate {
     /// Reports that every sample up to `tick` is read.
     pub fn set_recorded(&self, tick: Tick) {
         self.page[RECORDED].store(tick.0, SeqCst);
+        // The world may hold the next tick until the recorder has caught up.
         self.nudge_world();
     }
 }

@@ -85,6 +85,7 @@ impl Gate {
 
     /// Announces that `tick` stays closed until the launcher has applied the faults due.
     pub fn hold_before(&self, tick: Tick) {
+        // Write the tick before the count grows: the launcher waits for the count and then reads the tick.
         self.page[HELD].store(tick.0, SeqCst);
         self.page[HOLDS].fetch_add(1, SeqCst);
         futex::wake_all(&self.page[HOLDS]);
