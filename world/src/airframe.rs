@@ -137,6 +137,7 @@ impl Airframe {
             return Ok(());
         }
         self.check(command, now)?;
+        // The check has refused NaN, which a clamp would let through.
         let Abilities { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s, .. } = self.abilities;
         self.speed_m_s = command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s);
         self.turn_rate_rad_s = command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s);

@@ -120,6 +120,7 @@ impl Airspace {
 
     /// Closes the tick: hashes its answers and counts which commands the airframes fly on.
     pub fn end_tick(&mut self) -> CommandCounts {
+        // In the order of UAVs, not of arrival: the hash must not depend on scheduling.
         for command in self.answers.iter_mut().filter_map(Option::take) {
             self.hash.update(bytemuck::bytes_of(&command));
         }
@@ -146,6 +147,7 @@ impl Airspace {
     pub fn step(&mut self) -> Vec<Event> {
         let mut events = self.sky.step();
         if self.is_over() {
+            // No later tick can end an encounter that still lasts, and its near miss would go unreported.
             events.extend(self.sky.end_encounters());
         }
         let time_s = self.now().seconds(self.rate_hz);
@@ -164,6 +166,7 @@ impl Airspace {
     /// The flight so far. The fields that need a wall clock are zero or empty: the world's process fills them in.
     pub fn report(&self) -> WorldReport {
         WorldReport {
+            // Before the first tick ends, `flown` is a tick that does not exist.
             last_tick: self.flown.0.max(Tick::APPROACH.0),
             complete: self.is_over(),
             payload_hash: format!("{:032x}", self.hash.digest128()),

@@ -35,6 +35,7 @@ impl Collisions {
     pub(crate) fn new(distance_m: f64, near_m: f64, uavs: usize) -> Self {
         Self {
             distance_m,
+            // Collisions are looked for among what is near, so a smaller distance would miss some.
             near_m: near_m.max(distance_m),
             touching: BTreeSet::new(),
             by_x: (0..uavs).collect(),
@@ -66,6 +67,8 @@ impl Collisions {
         for (place, &a) in self.by_x.iter().enumerate() {
             let near = self.by_x[place + 1..].iter().take_while(|b| x(**b) - x(a) < self.near_m);
             for &b in near {
+                // Name a pair by its lower UAV. In the order of x, a contact would begin anew when the two change
+                // places.
                 let (one, other) = if airframes[a].uav() < airframes[b].uav() { (a, b) } else { (b, a) };
                 let other = &airframes[other];
                 let with = Collider::Uav(other.uav());

@@ -34,6 +34,7 @@ impl Encounters {
         for one in near.iter().filter(|one| one.distance_m < self.distance_m) {
             let who = (one.uav, one.with);
             let here = Closest { distance_m: one.distance_m, position_m: one.position_m, tick: now };
+            // Remove the pair even if it is nearer now than before: whatever is left in `last` is over.
             let before = last.remove(&who).filter(|before| before.distance_m <= here.distance_m);
             self.open.insert(who, before.unwrap_or(here));
         }
@@ -42,6 +43,7 @@ impl Encounters {
 
     /// Ends all encounters, because the flight is over.
     pub(crate) fn end(&mut self) -> Vec<Event> {
+        // Nobody is near, so no encounter takes over this tick, and any tick is right.
         self.observe(Tick::APPROACH, &[])
     }
 

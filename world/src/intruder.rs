@@ -76,6 +76,8 @@ impl Intruder {
         let here = self.position() + self.error_m(by, now, radar);
         let there =
             self.route.at(before.seconds(radar.rate_hz)).pose.position + self.error_m(by, before, radar);
+        // Both ends have errors of their own, so a noisy radar also gives a wrong speed and heading, as a real track
+        // would.
         let way = here - there;
         SensedAircraft {
             position_m: here.into(),
@@ -104,6 +106,7 @@ impl Radar {
             rate_hz,
             range_m: sensing.radar_range_m,
             noise_m: sensing.radar_noise_m,
+            // With 0 ticks both measurements would be the same one, and the speed 0 / 0.
             track_ticks: ((sensing.radar_track_s * f64::from(rate_hz)).round() as i64).max(1),
         }
     }

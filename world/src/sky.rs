@@ -41,6 +41,7 @@ impl Sky {
             .collect();
         let distance_m = scenario.airframe.collision_distance_m;
         let near_miss_m = scenario.airframe.near_miss_distance_m;
+        // Everything that moves begins at the same moment as the airframes, one tick before time 0.
         let approach_s = Tick::APPROACH.seconds(scenario.time.rate_hz);
         Self {
             now: Tick::APPROACH,
@@ -118,6 +119,7 @@ impl Sky {
         let mut nearest = Nearest::none();
         let others = self.airframes.iter().filter(|other| other.is_flying() && other.uav() != uav);
         for other in others {
+            // Squares are enough to compare, and this runs for every pair of UAVs in every tick.
             let squared_m2 = (other.pose().position - own).norm_squared();
             if squared_m2 <= range_m * range_m {
                 nearest.add(squared_m2, Aircraft::Uav(other.uav()));
@@ -146,6 +148,7 @@ impl Sky {
             *place = match *other {
                 Aircraft::Uav(other) => self.sensed_aircraft(other),
                 Aircraft::Intruder(IntruderId(number)) => {
+                    // Intruders are numbered from 1 in the order of the list.
                     self.intruders[number as usize - 1].sensed(uav, self.now, &self.radar)
                 }
             };
@@ -212,6 +215,7 @@ struct Nearest {
 
 impl Nearest {
     fn none() -> Self {
+        // No UAV has number 0. Entries from `count` on are never read.
         Self { found: [(f64::INFINITY, Aircraft::Uav(UavId(0))); MAX_SENSED_AIRCRAFT], count: 0, omitted: 0 }
     }
 
@@ -226,6 +230,7 @@ impl Nearest {
         } else {
             self.count += 1;
         }
+        // In a full list this brings the farthest one to `place`, where the newcomer takes its entry.
         self.found[place..self.count].rotate_right(1);
         self.found[place] = (squared_m2, who);
     }

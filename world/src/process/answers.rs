@@ -58,6 +58,8 @@ impl Answers {
     /// Takes over a new roster. The world waits again for a given-up process that has been replaced.
     pub(super) fn set_roster(&mut self, roster: &Roster) {
         for (uav, agent) in self.uavs().zip(&mut self.agents) {
+            // Only an agent that is new on the roster is a successor. One that was there before is the silent one
+            // itself.
             agent.silent &= self.roster.has(uav) || !roster.has(uav);
         }
         self.leader_silent &= self.roster.has_leader() || !roster.has_leader();
@@ -81,6 +83,7 @@ impl Answers {
 
     fn expects(&self, uav: UavId) -> bool {
         let agent = &self.agents[uav.index()];
+        // Both rosters count: an agent that came later has no part in the tick, and one that has left cannot answer it.
         agent.on_roster && !agent.silent && self.roster.has(uav)
     }
 
@@ -102,11 +105,13 @@ impl Answers {
     ///
     /// The round trip ends when the agent sends, not when the world reads: in real time the world reads late on purpose.
     pub(super) fn note(&mut self, command: &Command, stamps: &Stamps, read_ns: u64) {
+        // A thawed agent may send the answer to an earlier tick first. It still owes the one to this tick.
         if command.tick != self.tick {
             return;
         }
         let agent = &mut self.agents[command.uav.index()];
         (agent.answered, agent.silent) = (true, false);
+        // The stamps come from another process. One that is out of order must not overflow here.
         let longest = |so_far: &mut u64, from: u64, to: u64| *so_far = (*so_far).max(to.saturating_sub(from));
         longest(&mut self.timing.wake_ns, self.opened_ns, stamps.woke_ns);
         longest(&mut self.timing.read_ns, stamps.woke_ns, stamps.read_ns);
@@ -128,6 +133,7 @@ impl Answers {
         for part in &missing {
             match part {
                 Part::Agent(uav) => self.agents[uav.index()].silent = true,
+                // The world and the recorder answer no ticks, so they are never missing.
                 _ => self.leader_silent = true,
             }
         }

@@ -86,12 +86,14 @@ impl<P: TickProbe> World<'_, P> {
     /// Waits for the first roster. Returns false if the run was stopped before.
     pub(super) fn wait_for_roster(&mut self) -> Result<bool, BusError> {
         let end = self.wait_for_news(Duration::MAX, |world| world.answers.roster().revision > 0)?;
+        // The start of the processes took time. In real time, deadlines from before would count as missed.
         self.restart_deadlines();
         Ok(end == WaitEnd::Met)
     }
 
     /// Holds the next tick as long as anything has to happen before it.
     pub(super) fn hold_next_tick(&mut self) -> Result<(), BusError> {
+        // Faults come first: they may end the leader or the recorder, which then has to be replaced and to catch up.
         self.hold_for_faults()?;
         self.hold_for_replacement()?;
         self.hold_for_recorder()
@@ -133,6 +135,7 @@ impl<P: TickProbe> World<'_, P> {
         if keeps_up(self) {
             return Ok(());
         }
+        // At a low rate a batch is longer than the lag allowed, and the recorder would sleep until the batch is full.
         self.ports.gate.call_recorder();
         if self.wait_for_news(self.holds.answer_timeout, keeps_up)? == WaitEnd::Overdue {
             self.holds.recorder_stuck_at = Some(self.ports.gate.recorded());

@@ -111,6 +111,7 @@ impl<'m> Ports<'m> {
 
     /// Begins the journal's page of `tick`, and tells the agents whether they have to account for their commands.
     pub(super) fn begin_journal(&mut self, tick: Tick) {
+        // Asked once a tick: a recorder that comes in the middle would get the accounts of only some agents.
         let is_recorded = self.gate.ready_process(Part::Recorder).is_some();
         self.journal.begin(tick, is_recorded);
         self.gate.set_records(is_recorded);
@@ -180,6 +181,7 @@ impl<'m> Ports<'m> {
         if nudges == self.nudges {
             return Ok(());
         }
+        // Note the count that was read before the rosters: a nudge that comes meanwhile is then noticed the next time.
         self.nudges = nudges;
         self.roster.drain(|roster, _| take(roster))
     }
@@ -203,6 +205,7 @@ impl<'m> Ports<'m> {
 impl AgentBoards {
     fn open(boards: BoardAccess, uav: UavId, pace: Pace) -> Result<Self, BusError> {
         let commands = services::command(uav, pace).reader(boards)?;
+        // Commands and accounts share a service, so one connection serves both.
         let accounts = commands.beside(&services::account(uav, pace))?;
         let first = Tick::APPROACH;
         Ok(Self { uav, pace, commands, accounts, next_command: first, next_account: first })
@@ -215,6 +218,7 @@ impl AgentBoards {
         mut take: impl FnMut(&Command, &Stamps),
     ) -> Result<(), BusError> {
         let Self { commands, next_command, .. } = self;
+        // The command of `now` was read already. Looking again would make the reader search for a newer incarnation.
         if *next_command > now {
             return Ok(());
         }
@@ -224,6 +228,7 @@ impl AgentBoards {
             take(command, stamps);
         };
         if commands.read_newest(boards, ticks, take)? {
+            // The commands have moved on to a new incarnation's service. On the old one no account comes any more.
             self.accounts = self.commands.beside(&services::account(self.uav, self.pace))?;
         }
         Ok(())

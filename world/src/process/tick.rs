@@ -127,6 +127,8 @@ impl<P: TickProbe> World<'_, P> {
     }
 
     fn take(&mut self, from: UavId, command: &Command, stamps: &Stamps) {
+        // A foreign command is no answer of this agent, and its number may be outside the swarm: it comes from shared
+        // memory.
         if self.airspace.take(from, command) != Err(Refusal::NotItsOwn) {
             self.answers.note(command, stamps, monotonic_ns());
         }

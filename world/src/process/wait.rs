@@ -44,6 +44,7 @@ pub(super) fn wait_until<S, E>(
         if is_met(subject) {
             return Ok(WaitEnd::Met);
         }
+        // Look for a stop only now: what was waited for and has come still counts.
         if is_stopped(subject) {
             return Ok(WaitEnd::Stopped);
         }
