@@ -27,6 +27,7 @@ impl Path {
 
     /// The leader's state at `tick`.
     pub fn at(&self, tick: Tick) -> LeaderState {
+        // From the start and not from the tick before: a replacement does not know that one, and rounding would add up.
         let pose = self.start.after(self.speed_m_s, 0.0, tick.seconds(self.rate_hz));
         LeaderState {
             tick,

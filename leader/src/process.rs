@@ -17,6 +17,7 @@ pub struct LeaderArgs {
 /// Flies the leader until the flight ends.
 pub fn run(args: &LeaderArgs) -> Result<(), BusError> {
     let member = Member::join(&args.member, Part::Leader)?;
+    // Open the board first: once the leader is ready, the world may open a tick.
     let leader = Leader::open(&member)?;
     let mut answerer = Answerer::join(&member)?;
     while let Some(tick) = answerer.next_tick(|_| ())? {
