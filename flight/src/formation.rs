@@ -119,6 +119,7 @@ impl Formation {
     pub(crate) fn round_centre(&self, number: u32, place: CirclePlace) -> Slot {
         match self.shape {
             Shape::Ellipse { aspect } => {
+                // Only stretched, never squeezed: the shorter half-axis stays R, so no two slots come nearer than L.
                 let stretch = Stretch {
                     ahead_rad: self.bearing_rad - PI,
                     along: aspect.recip().max(1.0),

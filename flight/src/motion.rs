@@ -33,6 +33,7 @@ impl Pose {
 
 /// The unit vector in the direction `heading_rad`: h of the paper.
 pub fn direction(heading_rad: f64) -> Vector2<f64> {
+    // The standard library may round differently on another machine, and the flight would differ with it.
     Vector2::new(libm::cos(heading_rad), libm::sin(heading_rad))
 }
 

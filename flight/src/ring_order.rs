@@ -28,6 +28,7 @@ impl RingOrder {
         let mut uavs: Vec<_> = UavId::all(slots.len() as u32).collect();
         uavs.sort_by_key(|uav| slots[uav.index()]);
         let order = Self { slots, uavs };
+        // A slot that two UAVs have, or that is out of range, shows as a UAV at another place than its slot.
         assert!(
             order.uavs.iter().zip(1..).all(|(uav, slot)| order.slot(*uav) == slot),
             "not an order of slots: {:?}",

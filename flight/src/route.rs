@@ -79,12 +79,14 @@ impl Route {
         let legs = legs(start, &all, speed_m_s);
         let pose = Pose { position: start, heading_rad: 0.0 };
         let stands = RoutePoint { pose, speed_m_s: 0.0, turn_rate_rad_s: 0.0 };
+        // Without a leg there is nothing to repeat, and `at` would find no leg to return.
         Self { then: legs.is_empty().then_some(stands), legs }
     }
 
     /// Where its owner is at `time_s`; before time 0, on the way to its start.
     pub fn at(&self, time_s: f64) -> RoutePoint {
         let length_s = self.legs.last().map_or(0.0, |leg| leg.end_s);
+        // A time before 0 must not wrap: then its owner is still on the way to its start.
         let time_s = if self.then.is_none() && time_s > length_s { time_s % length_s } else { time_s };
         match (self.legs.iter().find(|leg| time_s < leg.end_s), &self.then) {
             (Some(leg), _) => leg.start.after(time_s - leg.begin_s),

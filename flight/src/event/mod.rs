@@ -257,7 +257,6 @@ impl Event {
             Self::NearMiss { .. } => "near miss",
             Self::Failsafe { .. } => "failsafe",
             Self::ProcessLost { .. } => "process.lost",
-            // A thaw or a start brings a process back. The other process faults take one away, so they are warnings.
             Self::ProcessReady { .. } => "process.ready",
             Self::ProcessFrozen { .. } => "process.frozen",
             Self::ProcessThawed { .. } => "process.thawed",
@@ -287,6 +286,7 @@ impl Event {
             | Self::StartOverdue { .. }
             | Self::ThawOverdue { .. }
             | Self::ConnectionsFailed { .. } => Level::Error,
+            // A thaw or a start brings a process back. The other process faults take one away, so they are warnings.
             Self::ProcessReady { .. }
             | Self::ProcessThawed { .. }
             | Self::ProcessFault { action: ProcessAction::Thaw | ProcessAction::Start, .. }
@@ -418,6 +418,7 @@ impl Event {
     pub(crate) fn longest_text_mut(&mut self) -> Option<&mut String> {
         match self {
             Self::FaultRefused { why, sentence, .. } => {
+                // A caller cuts until all fits, so the shorter one gets its turn if it becomes the longer.
                 Some(if why.len() > sentence.len() { why } else { sentence })
             }
             Self::ProcessFault { sentence, .. }

@@ -40,6 +40,7 @@ impl EventMessage {
 
     /// The event; `None` if the bytes are damaged or come from another version.
     pub fn event(&self) -> Option<TimedEvent> {
+        // The length comes from shared memory and may be any number.
         serde_json::from_slice(self.json.get(..self.length as usize)?).ok()
     }
 }

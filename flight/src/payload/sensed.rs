@@ -96,6 +96,7 @@ impl Sensed {
     /// Passes on the bytes that a hash of the flight covers, in order.
     pub fn for_hashed_bytes(&self, mut update: impl FnMut(&[u8])) {
         update(&bytemuck::bytes_of(self)[..std::mem::offset_of!(Self, obstacles)]);
+        // One by one, because each obstacle decides how many of its bytes count.
         self.obstacles.iter().for_each(|obstacle| update(obstacle.hashed_bytes()));
     }
 
