@@ -38,6 +38,7 @@ pub fn fly(scenario: &Scenario) -> Result<Flown, SimulationError> {
     while simulation.step() {
         measurement.observe(&simulation);
     }
+    // The last step returns false, but it has flown a tick too.
     measurement.observe(&simulation);
     Ok(measurement.finish(&simulation))
 }

@@ -75,6 +75,7 @@ impl Simulation {
             path: Path::new(scenario),
             air: Air::new(uavs),
             seats: Vec::with_capacity(uavs as usize),
+            // It has answered nothing yet, so the approach is its first tick.
             leader: Station { state: ProcessState::Running, answered: Tick(Tick::APPROACH.0 - 1) },
             recorder: ProcessState::Running,
             is_world_ended: false,
@@ -89,6 +90,7 @@ impl Simulation {
             pending: Vec::new(),
             scenario: scenario.clone(),
         };
+        // A newcomer needs the present tick and the link faults, so the seats are filled last.
         simulation.seats = UavId::all(uavs).map(|uav| simulation.newcomer(uav)).collect();
         Ok(simulation)
     }
@@ -187,6 +189,7 @@ impl Simulation {
     /// Does what comes before `tick` opens, and collects its events: the faults announced for it, what the world has
     /// `seen` on the way, and what is done to processes.
     fn prepare_tick(&mut self, tick: Tick, seen: Vec<Event>) {
+        // In the order of `Reporter`, in which a run of processes logs the events of one tick.
         while self.announcements.front().is_some_and(|announced| announced.tick <= tick) {
             self.events.extend(self.announcements.pop_front());
         }
@@ -221,6 +224,7 @@ impl Simulation {
 
     fn try_act(&mut self, part: Part, action: ProcessAction) -> Result<(), &'static str> {
         match part {
+            // Faults can only kill or stop the world, and either ends the flight.
             Part::World => self.is_world_ended = true,
             Part::Recorder => {
                 let after = self.recorder.after(action)?;
@@ -232,6 +236,8 @@ impl Simulation {
             Part::Leader => {
                 self.leader.state = self.leader.state.after(action)?;
                 match action {
+                    // A new leader has no part in the tick that is over. A thawed one still owes its answer to that
+                    // tick.
                     ProcessAction::Start => self.leader.answered = before(self.now()),
                     ProcessAction::Thaw => self.lead(before(self.now())),
                     _ => {}
@@ -246,6 +252,7 @@ impl Simulation {
         let seat = &mut self.seats[uav.index()];
         seat.state = seat.state.after(action)?;
         match action {
+            // A new agent remembers nothing of the old one. A thawed one still answers the tick just flown.
             ProcessAction::Start => self.seats[uav.index()] = self.newcomer(uav),
             ProcessAction::Thaw => self.answer(uav, before(self.now())),
             _ => {}
@@ -280,6 +287,7 @@ impl Simulation {
     }
 
     fn answer_all(&mut self, now: Tick) {
+        // Cleared here and not in `answer`: an agent that is thawed later in the step adds to the same tick.
         self.links.clear();
         self.accounts.fill(None);
         for uav in UavId::all(self.seats.len() as u32) {
@@ -301,6 +309,7 @@ impl Simulation {
         let answer = seat.agent.fly(tick);
         let Ok(()) = seat.agent.update_inputs(&mut inputs);
         if let Some(state) = answer.state {
+            // The others use it from the next tick on, so it does not matter in which order the agents answer.
             air.states[uav.index()].push(state);
         }
         self.accounts[uav.index()] = answer.account;
