@@ -64,6 +64,8 @@ impl UavAgent {
         let mut agent = Self {
             uav,
             pilot: Pilot::new(scenario, uav),
+            // The world sends senses and traffic before it opens the tick, so they arrive in it. The other UAVs and the
+            // leader send while it is open.
             senses: LinkReceiver::new(route(LinkSource::OWN, 0), links, &[]),
             traffic: scenario.control.collision_filter.then(traffic),
             neighbours: Vec::new(),
@@ -151,6 +153,7 @@ impl UavAgent {
     ///
     /// An input that closes loses what is in flight to it. One that opens is a newcomer in the next tick.
     pub fn update_inputs<I: Inputs>(&mut self, inputs: &mut I) -> Result<(), I::Error> {
+        // Hardly any tick changes the list, so the usual one copies nothing.
         if self.is_up_to_date() {
             return Ok(());
         }

@@ -32,6 +32,7 @@ impl LawForecast {
         let velocity = |track: Option<&PeerTrack>| {
             track.map_or_else(Vector2::zeros, |track| direction(track.pose.heading_rad) * track.speed_m_s)
         };
+        // The gain of a bond is G times the trust. G changes with the distance from the slot, so keep the trust alone.
         let trust = |bond: Option<Bond>| bond.map_or(0.0, |bond| bond.gain / field.centre.gain);
         Self {
             gains: gains.clone(),
@@ -47,8 +48,10 @@ impl LawForecast {
     pub(super) fn force(&self, own: &Pose, after_s: f64, obstacles: &[SensedObstacle]) -> Vector2<f64> {
         let PeerTrack { speed_m_s, turn_rate_rad_s, .. } = self.leader;
         let leader = self.leader_pose.after(speed_m_s, turn_rate_rad_s, after_s);
+        // Slots move with the leader's position and never turn with its heading.
         let moved = leader.position - self.leader_pose.position;
         let slot = self.field.slot + moved;
+        // G fades with the distance from the slot, and the UAV may be much nearer to it by then.
         let gain = self.gains.formation(&(own.position - slot));
         let bond = |bond: Option<Bond>, place: usize| {
             let bond = bond?;

@@ -27,11 +27,13 @@ impl<'m> FaultWatch<'m> {
     /// The faults of all links, if they have changed since the last look.
     pub(super) fn changed_link_faults(&mut self, gate: &Gate) -> Result<Option<Vec<LinkFault>>, BusError> {
         let count = gate.faults();
+        // `None` differs from every count, so the scenario's own faults are taken over at the first look.
         if self.known.replace(count) == Some(count) {
             return Ok(None);
         }
         let scenario = self.member.scenario();
         let mut faults = scenario.faults.clone();
+        // The launcher writes the list before it raises the count, so a list with at least that many faults is there.
         if count > 0 {
             let added = self.member.domain().report::<Vec<Fault>>(report::FAULTS)?;
             faults.extend(added.unwrap_or_default());

@@ -50,14 +50,17 @@ pub fn run(args: &AgentArgs) -> Result<(), AgentError> {
     let mut answerer = Answerer::join(&member)?;
     while let Some(tick) = answerer.next_tick(|last| ports.rehearse(&agent, Tick(last.0 + 1)))? {
         let woke_ns = monotonic_ns();
+        // Before anything is received: the faults decide what arrives in this tick.
         if let Some(changed) = faults.changed_link_faults(answerer.gate())? {
             agent.set_faults(&changed);
         }
         ports.receive(&mut agent, tick)?;
         let read_ns = monotonic_ns();
+        // After the inputs are read, so that the log shows the delay as time to compute and not as time to read.
         faults.delay_answer(tick);
         ports.send_link_counts(&agent.link_counts(tick))?;
         let answer = agent.fly(tick);
+        // Before the answer, which may end the tick: what the others send in the next one must find the inputs open.
         ports.update_inputs(&mut agent)?;
         ports.send(&answer, answerer.gate(), tick, woke_ns, read_ns)?;
         answerer.answer(tick)?;

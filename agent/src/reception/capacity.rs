@@ -85,6 +85,7 @@ impl<T: Copy> SendQueue<T> {
         limit: impl Fn(Tick) -> Option<RateLimit>,
         mut pass: impl FnMut(Passage<T>),
     ) {
+        // A queue that was never served begins now: nothing has waited before.
         let first = self.served.map_or(now, Tick::next);
         self.served = self.served.max(Some(now));
         for tick in (first.0..=now.0).map(Tick) {

@@ -135,10 +135,12 @@ impl<T: Sample> LinkReceiver<T> {
         let usable = arrivals.usable(now);
         if !usable.is_empty() {
             read(usable, &mut |sample| {
+                // Note the sample before its link may lose it: otherwise the next read would offer it again.
                 arrivals.note(sample.tick());
                 if is_clear { take(sample) } else { link.offer(*sample) }
             })?;
         }
+        // Even if nothing new has come: delayed samples arrive in their own ticks.
         if !is_clear {
             link.deliver(now, |sample| take(&sample));
         }

@@ -30,6 +30,7 @@ impl PoseError {
     fn add_to(self, position_m: &mut [f64; 2], heading_rad: &mut f64) {
         let [x, y] = *position_m;
         *position_m = [x + self.x_m, y + self.y_m];
+        // Payloads promise a heading in (-pi, pi], also with an error in it.
         *heading_rad = wrap(*heading_rad + self.heading_rad);
     }
 }
@@ -65,6 +66,7 @@ impl Sample for Traffic {
 
     fn displaced(mut self, mut error: impl FnMut() -> PoseError) -> Self {
         for aircraft in self.aircraft_mut() {
+            // Each aircraft is measured by itself, so each has an error of its own.
             error().add_to(&mut aircraft.position_m, &mut aircraft.heading_rad);
         }
         self

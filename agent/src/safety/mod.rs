@@ -118,6 +118,7 @@ impl CollisionFilter {
     /// Takes in which other aircraft the UAV senses, in any order.
     pub fn receive(&mut self, traffic: &Traffic) {
         let is_newer = self.traffic.is_none_or(|known| known.tick < traffic.tick);
+        // Another UAV's report lacks what is near this one, and may list this UAV itself.
         if traffic.uav == self.uav && is_newer {
             self.traffic = Some(*traffic);
         }
@@ -157,14 +158,17 @@ impl CollisionFilter {
     ) -> Option<Escape> {
         let view = Viewpoint::new(*own, self.horizon_s);
         self.find_threats(now, &view, obstacles, self.clearance_m);
+        // The usual case: nothing is near, so there is no need to predict the law's course.
         if self.threats.is_empty() {
             return None;
         }
         let speed = |along_m_s: f64| saturate(along_m_s, self.speed_min_m_s, self.speed_max_m_s);
         let (course, heading_rad) =
             Course::under_law(own, self.turn_rate_max_rad_s, self.horizon_s, wish.speed_m_s, force, speed);
+        // A wish whose way is clear ends an escape that was flown so far.
         let conflict = first_conflict(&self.threats, &course, wish.speed_m_s as f32)?;
         let turn_rad = wrap(heading_rad - own.heading_rad);
+        // An escape holds one heading. So the wish competes as a turn to where the law heads half way.
         let course = Course::after_turn(turn_rad, self.turn_rate_max_rad_s, self.horizon_s);
         let Threat { what, place, .. } = self.threats[conflict.threat];
         let since = self.escape.map_or(now, |escape| escape.since);
@@ -189,6 +193,7 @@ impl CollisionFilter {
 
     fn find_threats(&mut self, now: Tick, view: &Viewpoint, obstacles: &[SensedObstacle], clearance_m: f64) {
         self.threats.clear();
+        // A scenario may ask for less than the least clearance. A second search must not ask for more than the first.
         let clearance_m = clearance_m.min(self.clearance_m);
         self.threats.extend(obstacles.iter().map(|obstacle| view.obstacle(obstacle, clearance_m)));
         let Some(traffic) = &self.traffic else { return };
@@ -212,12 +217,15 @@ impl CollisionFilter {
         let mut best = Choice { turn_rad: 0.0, speed_m_s: self.speed_min_m_s, cost: f64::INFINITY };
         let wished = (wish_turn_rad, wish_course);
         let turns = self.turns.iter().map(|(turn_rad, course)| (*turn_rad, course));
+        // The wish comes first, so that it wins among equals. If it is clear, the others are only asked whether they
+        // are.
         for (turn_rad, course) in std::iter::once(wished).chain(turns) {
             let turn_cost = self.turn_cost(own, turn_rad, wish_turn_rad);
             for speed_m_s in speeds {
                 let departure =
                     (speed_m_s - wish.speed_m_s).abs() / (self.speed_max_m_s - self.speed_min_m_s);
                 let cost = turn_cost + speed_cost * departure;
+                // Looking for conflicts is the expensive part, so do it only for a way that could still be the best.
                 if cost < best.cost {
                     let cost = cost + self.conflict_cost(course, speed_m_s, best.cost);
                     if cost < best.cost {
