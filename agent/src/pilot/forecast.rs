@@ -33,7 +33,11 @@ impl LawForecast {
             track.map_or_else(Vector2::zeros, |track| direction(track.pose.heading_rad) * track.speed_m_s)
         };
         // The gain of a bond is G times the trust. G changes with the distance from the slot, so keep the trust alone.
-        let trust = |bond: Option<Bond>| bond.map_or(0.0, |bond| bond.gain / field.centre.gain);
+        // Hundreds of metres from the slot a fading G rounds to zero, and says nothing of the trust. Without this, the course
+        // would be NaN, and a course that is not a number conflicts with nothing.
+        let trust = |bond: Option<Bond>| {
+            bond.filter(|_| field.centre.gain > 0.0).map_or(0.0, |bond| bond.gain / field.centre.gain)
+        };
         Self {
             gains: gains.clone(),
             field: *field,
@@ -68,5 +72,30 @@ impl LawForecast {
         let formation = self.gains.limited(potential_forces(&field, &own.position).total(), speed_m_s);
         speed_force(speed_m_s, leader.heading_rad) - formation
             + repulsion_of(obstacles, self.gains.obstacle_m, &own.position, after_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Point2;
+    use ringwing_flight::Tick;
+    use ringwing_scenario::Scenario;
+
+    #[test]
+    fn a_uav_whose_gain_has_faded_to_nothing_has_a_forecast() {
+        let mut scenario = Scenario::default();
+        scenario.control.gain_fades = true;
+        let gains = Gains::new(&scenario);
+        let own = Pose { position: Point2::new(-2000.0, 0.0), heading_rad: 0.0 };
+        let slot = Point2::origin();
+        let gain = gains.formation(&(own.position - slot));
+        assert_eq!(gain, 0.0, "so far away nothing is left");
+        let bond = Bond { point: Point2::new(30.0, 20.0), rest_m: 40.0, gain };
+        let field = Field { previous: Some(bond), next: Some(bond), centre: bond, slot, slot_gain: 1.0 };
+        let track = PeerTrack { tick: Tick(0), pose: own, speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
+        let forecast = LawForecast::new(&gains, &field, [Some(&track); 2], track, own);
+        let force = forecast.force(&own, 1.0, &[]);
+        assert!(force.iter().all(|component| component.is_finite()), "{force}");
     }
 }
