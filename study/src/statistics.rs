@@ -21,6 +21,7 @@ pub struct Share {
 /// The share `part` of `all` with the interval of Wilson (1927), which stays within 0 and 1 and holds its confidence for
 /// small counts too.
 pub fn wilson(part: u64, all: u64) -> Share {
+    // No flights say nothing, so the interval covers every share.
     if all == 0 {
         return Share { value: 0.5, low: 0.0, high: 1.0 };
     }
@@ -50,12 +51,15 @@ pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
 pub fn fisher(one: u64, one_all: u64, other: u64, other_all: u64) -> f64 {
     let (part, all) = (one + other, one_all + other_all);
     let probability = |x: u64| {
+        // Logarithms, because the binomial coefficients of about a thousand flights overflow an `f64`.
         let log = choose_log(one_all, x) + choose_log(other_all, part - x) - choose_log(all, part);
         libm::exp(log)
     };
     let observed = probability(one);
+    // Outside these bounds a sample would have more hits than flights, and `choose_log` would subtract below zero.
     let tables = part.saturating_sub(other_all)..=part.min(one_all);
     let extreme = tables.map(probability).filter(|probability| *probability <= observed * (1.0 + EQUAL));
+    // Rounding can lift the sum over all tables just above 1.
     extreme.sum::<f64>().min(1.0)
 }
 

@@ -79,6 +79,7 @@ impl Search {
     /// The value to fly at next, with its trial; `None` when there is nothing more to learn.
     pub fn next(&self) -> Option<(f64, Trial)> {
         let value = match self.tried.as_slice() {
+            // Fly both ends first: bisection needs a range that succeeds at one end and fails at the other.
             [] => Some(self.range.from),
             [_] => Some(self.range.to),
             [from, to, ..] if (from.decision, to.decision) == (Decision::Above, Decision::Below) => {
@@ -145,8 +146,10 @@ impl Search {
         let widest = if width(other) > width(one) { other } else { one };
         // With values that do not tell, both sides count.
         let limit = if is_undecided { self.range.resolution / 2.0 } else { self.range.resolution };
+        // Between neighbouring whole numbers there is nothing left to fly.
         let limit = if self.range.is_whole { 1.0 } else { limit };
         let middle = f64::midpoint(widest.0, widest.1);
+        // Without the tolerance, a rounding error in the width costs one more value with all its flights.
         (width(widest) > limit * (1.0 + 1e-9))
             .then(|| if self.range.is_whole { middle.round() } else { middle })
     }

@@ -96,6 +96,7 @@ impl<F: FnMut(Progress<'_>)> Search<F> {
             symptom,
             needs_faults: false,
             quiet_s: quiet_s(scenario),
+            // `symptom` has flown the original already.
             flown: HashMap::from([(scenario.to_toml(), true)]),
             show,
         };
@@ -121,6 +122,7 @@ impl<F: FnMut(Progress<'_>)> Search<F> {
     fn has_symptom(&mut self, scenario: &Scenario) -> bool {
         let symptom = &self.symptom;
         let flies = |text: &String| {
+            // Read the text back, so that a candidate that readers would refuse never counts.
             let outcome = Scenario::resolved(text).ok().and_then(|scenario| fly(&scenario).ok());
             outcome
                 .filter(|outcome| outcome.verdict == Verdict::Violated)
@@ -179,6 +181,7 @@ impl<F: FnMut(Progress<'_>)> Search<F> {
         loop {
             let mut candidate = self.smallest.clone();
             candidate.formation.uavs = candidate.formation.uavs.saturating_sub(1);
+            // A listed start or offset goes with its UAV, or validation refuses the candidate.
             candidate.start.uavs.pop();
             candidate.formation.offsets.pop();
             if !self.accept(candidate) {

@@ -83,6 +83,7 @@ impl<'a> CellFold<'a> {
         if self.is_binned {
             return self.take_into_bin(row.clone());
         }
+        // Rows come sorted, so a new cell number means that the previous cell is complete and frees its rows.
         if self.open.first().and_then(|rows| rows.last()).is_some_and(|last| last.cell != row.cell) {
             self.close();
         }
@@ -96,10 +97,12 @@ impl<'a> CellFold<'a> {
     fn take_into_bin(&mut self, mut row: Row) {
         for (value, axis) in row.values.iter_mut().zip(self.axes) {
             if let Values::Drawn(distribution) = &axis.values {
+                // Drawn values hardly ever repeat: without bins nearly every flight would be a cell of its own.
                 *value = distribution.bin(value);
             }
         }
         let open = &mut self.open;
+        // `open` keeps the bins in the order of their first rows; the order of the map would differ between runs.
         let place = *self.bins.entry(row.values.clone()).or_insert_with(|| {
             open.push(Vec::new());
             open.len() - 1
@@ -135,11 +138,13 @@ fn summarize(mut rows: Vec<Row>, figures: &[&Figure], kept: usize) -> Cell {
     // The flights that people look at first are those that went wrong.
     rows.sort_by_key(|row| (row.passed(), row.seed));
     rows.truncate(kept);
+    // `truncate` keeps the capacity, which would hold the memory of all rows of the cell.
     rows.shrink_to_fit();
     Cell { cell, values, flights, passed, figures, kept: rows }
 }
 
 fn spread(rows: &[Row], figure: &Figure) -> Spread {
+    // A row stores its figures in the order of `FIGURES`, not in that of the sweep.
     let place = FIGURES.iter().position(|other| other.name == figure.name);
     let value = |row: &Row| place.and_then(|place| row.figures[place]);
     // Without a single value the figure does not apply, such as the recovery in flights without faults.

@@ -144,6 +144,7 @@ impl Shared<'_> {
             Ok(()) => state.ledger.finish(flight, row.passed()),
             Err(error) => {
                 state.is_over = true;
+                // Threads still in the air can fail as well; the first error is the one to report.
                 state.error.get_or_insert(error);
             }
         }
@@ -175,6 +176,7 @@ impl Drop for Seat<'_, '_> {
     fn drop(&mut self) {
         let mut state = self.0.lock();
         state.flying -= 1;
+        // Otherwise the other threads fly the whole rest of the sweep before the scope passes the panic on.
         state.is_over |= thread::panicking();
         drop(state);
         self.0.landed.notify_all();

@@ -48,6 +48,7 @@ impl Loop<'_> {
         if before.determinant().re <= 0.0 {
             return None;
         }
+        // At most a tenth of a turn of the delayed factor per step, so that the count misses none of its turns.
         let (end, fastest_step) = (self.settles_at(), 0.1 * TAU / self.delay_s.max(self.swarm.tick_s));
         let (mut frequency, mut step, mut angle) = (0.0, STEP, 0.0);
         while frequency < end {
