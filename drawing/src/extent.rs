@@ -16,6 +16,7 @@ impl Extent {
         let widen =
             |extent: Self, value: f64| Self { low: extent.low.min(value), high: extent.high.max(value) };
         let extent = values.filter(|value| value.is_finite()).fold(empty, widen);
+        // The ends are still the wrong way round if no value was finite.
         if extent.low > extent.high { Self { low: 0.0, high: 1.0 } } else { extent }
     }
 

@@ -75,6 +75,7 @@ pub struct ColourScale {
 impl ColourScale {
     /// Where `value` is on the scale, from 0 to 1.
     fn place(&self, value: f64) -> f64 {
+        // With a single value the range is zero, and dividing by it gives no number.
         if self.high > self.low { ((value - self.low) / (self.high - self.low)).clamp(0.0, 1.0) } else { 0.5 }
     }
 }
@@ -121,6 +122,7 @@ impl Layout {
             panel,
             columns,
             width: panel.0 * columns as f64 + BAR,
+            // A map of one row still needs room for the colour bar and its label.
             height: (panel.1 * rows as f64).max(150.0),
         }
     }
@@ -137,10 +139,12 @@ fn draw_panel(svg: &mut String, panel: &HeatMap, scale: &ColourScale, layout: &L
     text(svg, LEFT + cell * across as f64 / 2.0, 18.0, "middle", &panel.title, " font-weight=\"bold\"");
     for (index, heat) in panel.cells.iter().enumerate() {
         let (column, row) = (index % across.max(1), index / across.max(1));
+        // Rows count from the bottom, but y grows downwards in SVG.
         let corner = (LEFT + cell * column as f64, ABOVE + cell * (up - 1 - row) as f64);
         draw_cell(svg, heat.as_ref(), scale, cell, corner);
     }
     let bottom = ABOVE + cell * up as f64;
+    // Labels closer than 40 pixels would overlap, so narrow cells share one.
     let every = (40.0 / cell).ceil() as usize;
     for (index, label) in panel.x.1.iter().enumerate().step_by(every.max(1)) {
         text(svg, LEFT + cell * (index as f64 + 0.5), bottom + 16.0, "middle", label, "");
@@ -158,6 +162,7 @@ fn draw_panel(svg: &mut String, panel: &HeatMap, scale: &ColourScale, layout: &L
 fn draw_cell(svg: &mut String, heat: Option<&HeatCell>, scale: &ColourScale, size: f64, (x, y): (f64, f64)) {
     let Some(heat) = heat else { return };
     let place = heat.value.map(|value| scale.place(value));
+    // Grey is not on the scale, so a cell without a value cannot be mistaken for one with a value.
     let (fill, ink) =
         place.map_or_else(|| ("#cccccc".to_owned(), "#222222"), |place| (colour(place), ink_on(place)));
     let _ = write!(
@@ -187,6 +192,7 @@ fn draw_bar(svg: &mut String, scale: &ColourScale, layout: &Layout) {
     let step = (bottom - top) / f64::from(STEPS);
     for index in 0..STEPS {
         let place = (f64::from(index) + 0.5) / f64::from(STEPS);
+        // Each step is 0.3 pixels too high: viewers would show hairlines between steps that only touch.
         let y = bottom - step * f64::from(index + 1);
         let fill = colour(place);
         let _ = writeln!(
@@ -213,6 +219,7 @@ fn text(svg: &mut String, x: f64, y: f64, anchor: &str, text: &str, more: &str) 
 /// The colour at `place` of the scale, from 0 to 1.
 fn colour(place: f64) -> String {
     let along = place * (COLOURS.len() - 1) as f64;
+    // The last colour has no next one, so place 1 is the upper end of the last pair.
     let below = (along.floor() as usize).min(COLOURS.len() - 2);
     let share = along - below as f64;
     let channel = |index: usize| {

@@ -32,6 +32,7 @@ impl Scale {
     fn ticks(self, extent: Extent, wanted: usize) -> Vec<f64> {
         match self {
             Self::Linear | Self::Powers => RangedCoordf64::from(extent.low..extent.high).key_points(wanted),
+            // `percentile` rounds to whole nines, so a tick between them would have a wrong label.
             Self::Shares => decade_ticks(extent, &[1.0]),
             Self::Log if extent.size() > MAX_DECADES_WITH_SUBTICKS => decade_ticks(extent, &[1.0]),
             Self::Log => decade_ticks(extent, &[1.0, 2.0, 5.0]),
@@ -40,6 +41,7 @@ impl Scale {
 
     /// The label of the tick at `value`.
     pub(crate) fn label(self, value: f64) -> String {
+        // Tick positions are computed in floating point, so a whole exponent can be off by a rounding error.
         let is_whole = (value - value.round()).abs() < 1e-6;
         match self {
             Self::Linear => short(value),
@@ -98,12 +100,14 @@ impl ValueFormatter<f64> for Axis {
 /// The percentile with this many nines: `0 %`, `90 %`, `99 %`, `99.9 %` and so on.
 fn percentile(nines: f64) -> String {
     let nines = nines.round().max(0.0);
+    // 90 % and 99 % need no decimals; each further nine needs one.
     let decimals = (nines as usize).saturating_sub(2);
     format!("{:.decimals$} %", 100.0 * (1.0 - 10_f64.powf(-nines)))
 }
 
 /// The logarithms within `extent` of `factors` times any power of ten.
 fn decade_ticks(extent: Extent, factors: &[f64]) -> Vec<f64> {
+    // Start one decade early, because its 2 or 5 can lie within the extent.
     let decades = extent.low.floor() as i32..=extent.high.ceil() as i32;
     let of_decade = |decade: i32| factors.iter().map(move |factor| f64::from(decade) + factor.log10());
     decades.flat_map(of_decade).filter(|tick| (extent.low..=extent.high).contains(tick)).collect()
