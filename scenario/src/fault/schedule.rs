@@ -138,6 +138,7 @@ impl FaultSchedule<'_> {
                 all.extend(steps.iter().map(scheduled));
             }
         }
+        // The sort is stable, so the actions of one tick stay in the order of the faults.
         all.sort_by_key(|scheduled: &ScheduledAction| scheduled.tick);
         all
     }
@@ -196,6 +197,7 @@ impl FaultSchedule<'_> {
                 // A period of two ticks leaves one for the kill and one for the start.
                 let (period, end) = (self.ticks(every_s).max(2), self.tick_after(tick, for_s));
                 let kills = (tick.0..end.0).step_by(period as usize);
+                // The last start may come after `end`: without it the process would stay dead.
                 let pair = |at| [(Tick(at), kill), (Tick(at + period / 2), ProcessAction::Start)];
                 kills.flat_map(pair).collect()
             }
@@ -273,6 +275,7 @@ impl FaultSchedule<'_> {
 /// Ends those of `faults` that are on at `tick` and concern exactly `links`, or any links if those are [`Links::All`].
 /// Returns how many.
 fn heal(faults: &mut [LinkFault], links: &Links, tick: Tick) -> usize {
+    // A fault that is over keeps its own end, and does not count as healed.
     let is_healed =
         |fault: &&mut LinkFault| fault.is_on(tick) && (*links == Links::All || *links == fault.links);
     let mut count = 0;

@@ -87,6 +87,7 @@ fn parse(text: &str) -> Result<Vec<f64>, String> {
 fn delay_s(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(delay_s) if (0.0..=TIME_MAX_S).contains(&delay_s) => Ok(delay_s),
+        // `parse` also accepts `inf` and `nan`, which fall through to the last message.
         Ok(delay_s) if delay_s.is_finite() => {
             Err(format!("is outside 0 to {TIME_MAX_S} s: give a delay of at most a day"))
         }

@@ -27,6 +27,7 @@ pub(super) fn full_key(key: &str) -> Result<String, String> {
     if example::at(key).is_some() {
         return Ok(key.to_owned());
     }
+    // With the dot only whole names match, not the ends of longer ones.
     let ending = format!(".{key}");
     let mut matches = example::keys().into_iter().filter(|known| known.ends_with(&ending));
     match (matches.next(), matches.next()) {

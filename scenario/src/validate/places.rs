@@ -84,6 +84,7 @@ pub(super) fn waypoints(
     let count = waypoints_m.len();
     let too_many = (count > WAYPOINTS_MAX)
         .then(|| Violation::at(key, format!("{count} waypoints are more than {WAYPOINTS_MAX}: remove some")));
+    // Without waypoints nothing uses the speed, but a negative one is still a mistake.
     let too_slow = if count > 0 {
         speed.above_zero().map(|slow| slow.depending_on(key))
     } else {
@@ -215,6 +216,7 @@ fn inside_obstacles(
             let message = format!("UAV {} starts inside {:?}: move one of them", index + 1, obstacle.name);
             let obstacle_key = |name| format!("obstacles.{number}.{name}");
             let here = Violation::at(position_key(index), &*message);
+            // The circles of the field follow the listed obstacles and have no key of their own.
             if number >= listed {
                 return here.or_at("obstacle_field.ahead_m", message).depending_on("obstacle_field");
             }
