@@ -129,6 +129,7 @@ impl Columns {
 
     /// Adds a row with the values of the `message` of `tick`; returns whether it decodes.
     pub(crate) fn push(&mut self, tick: i64, message: &[u8]) -> bool {
+        // A message that did not decode leaves its values here.
         self.row.clear();
         self.row.resize(self.columns.len(), Value::Absent);
         if read(&self.shape.fields, message, &mut self.row).is_none() {
@@ -172,6 +173,7 @@ fn read_leaf(leaf: &Leaf, wire: Wire<'_>, place: &mut Value) -> Option<()> {
         let text = str::from_utf8(bytes).ok()?.to_owned();
         match (leaf.kind, place) {
             (Kind::Text, place) => *place = Value::Text(text),
+            // Protobuf writes a list of texts as one field per text, so the list grows field by field.
             (Kind::Texts, Value::Texts(texts)) => texts.push(text),
             (Kind::Texts, place) => *place = Value::Texts(vec![text]),
             _ => return None,
@@ -204,6 +206,7 @@ fn int(declared: Type, wire: Wire<'_>) -> Option<i64> {
         (Type::Sint32 | Type::Sint64, Wire::Varint(value)) => Some(unzigzag(value)),
         (Type::Sfixed32, Wire::Fixed32(bits)) => Some(bits.cast_signed().into()),
         (_, Wire::Bytes(_)) => None,
+        // Protobuf writes all other integers in two's complement, so their bits are the number.
         (_, wire) => Some(bits(wire).cast_signed()),
     }
 }

@@ -38,6 +38,7 @@ pub(crate) fn fly(
     out: Option<PathBuf>,
 ) -> PyResult<Flown> {
     let order = Order { scenario, set, faults };
+    // Release the interpreter's lock, so that other Python threads run during the flight.
     Ok(py.detach(|| order.fly(out.as_deref()))?)
 }
 

@@ -44,6 +44,7 @@ pub(crate) fn read<R: Read + Seek>(
         if let Some(table) = &mut table {
             table.take(message);
         }
+        // An unwanted topic is stored as `None`, so that its schema is looked at only once.
         tables.insert(name, table);
     }
     tables.into_iter().filter_map(|(name, table)| Some((name, table?.columns))).collect()
@@ -63,6 +64,7 @@ impl OpenTable {
             self.of_tick.clear();
         }
         let is_known = if self.is_single { !self.of_tick.is_empty() } else { self.of_tick.contains(&data) };
+        // A damaged message does not count as the first of its tick, so an intact one after it still gets the row.
         if !is_known && self.columns.push(tick, &data) {
             self.of_tick.push(data);
         }

@@ -42,6 +42,7 @@ impl<'a> Fields<'a> {
 
     fn varint(&mut self) -> Option<u64> {
         let mut value = 0_u64;
+        // At most ten bytes: a longer varint is damaged, and its shift would overflow.
         for place in 0..u64::BITS.div_ceil(BITS_PER_BYTE) {
             let (first, rest) = self.0.split_first()?;
             self.0 = rest;
@@ -68,6 +69,7 @@ impl<'a> Iterator for Fields<'a> {
             return None;
         }
         let field = self.field();
+        // After damage nothing tells where the next field begins, so the message ends here.
         if field.is_none() {
             self.0 = &[];
         }
