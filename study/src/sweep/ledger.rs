@@ -89,6 +89,7 @@ impl Ledger {
     }
 
     fn number(&self, flight: FlightId) -> u64 {
+        // Multiply by `max`, not `count`: a cell with a precision can grow, and must not reach the next one's numbers.
         flight.cell * self.seeds.max + flight.index
     }
 
@@ -105,6 +106,7 @@ impl Ledger {
 
     fn enter(&mut self, flight: FlightId, passed: bool) {
         let number = self.number(flight);
+        // Flights of an earlier run were never handed out by this ledger, and must not be.
         self.issued.add(number);
         self.done.add(number);
         if passed {
@@ -120,8 +122,10 @@ impl Ledger {
                 self.in_flight += 1;
                 return Next::Fly(flight);
             }
+            // Cells already begun come first, so that few of them are open at the same time.
             let cell = self.again.pop_front().or_else(|| self.next_cell());
             match cell {
+                // A later batch begins at 0 as well: `issued` skips what somebody already has.
                 Some(cell) => self.current = Some(FlightId { cell, index: 0 }),
                 None if self.in_flight > 0 => return Next::Wait,
                 None => return Next::Done,
@@ -156,6 +160,7 @@ impl Ledger {
     fn next_cell(&mut self) -> Option<u64> {
         let cell = self.cursor;
         (cell < self.cells).then(|| self.cursor += 1)?;
+        // Without a precision, a shard can have single flights of any cell.
         if self.seeds.precision.is_none() || self.shard.has(cell) {
             self.targets.insert(cell, self.seeds.count);
         }
@@ -183,6 +188,7 @@ impl Ledger {
             return false;
         }
         let numbers = || (0..target).map(|index| self.number(FlightId { cell, index }));
+        // Judge complete batches only: otherwise the number of flights depends on which of them land first.
         if !numbers().all(|number| self.done.has(number)) {
             return false;
         }
