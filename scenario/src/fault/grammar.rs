@@ -170,6 +170,7 @@ fn link_action(links: Links, impairment: LinkImpairment, words: &mut Lexer<'_>) 
 
 /// `partition` and `isolate` cut links unless the sentence names an impairment.
 fn impairment_or_blackout(words: &mut Lexer<'_>) -> Parsed<LinkImpairment> {
+    // `for` starts the duration, so a sentence that goes on with it has named no impairment.
     if words.peek().is_none_or(|word| word.eq_ignore_ascii_case("for")) {
         Ok(LinkImpairment::Blackout)
     } else {

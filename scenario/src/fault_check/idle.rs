@@ -40,6 +40,7 @@ impl Scenario {
         }
         let all = self.faults.iter().chain([added]).cloned().collect();
         let together = Self { faults: all, ..self.clone() };
+        // Faults are numbered from 1 and the added one is last, so the count is its number.
         let number = together.faults.len() as u32;
         warnings(&together).into_iter().find(|(warned, _)| *warned == number).map(|(_, warning)| warning)
     }
@@ -63,6 +64,7 @@ impl IdleFaults {
     /// Faults whose every action will be refused, and delayed answers of agents that are gone.
     fn note_processes(&mut self, scenario: &Scenario, presence: &Presence) {
         for (number, refusals) in &presence.refusals {
+            // One action that is applied gives the fault an effect, even if its others are refused.
             if !presence.applied.contains(number) {
                 self.reasons.insert(*number, refusals.join(", "));
             }
@@ -72,6 +74,7 @@ impl IdleFaults {
             let is_absent = |other: &&SlowAnswers| {
                 other.number == one.number && !presence.is_ever_running(other.part, other.begin, other.end)
             };
+            // A fault with several targets is idle only if none of them runs.
             let of_fault = slow.iter().filter(|other| other.number == one.number).count();
             if slow.iter().filter(is_absent).count() == of_fault {
                 self.reasons.insert(one.number, format!("{} is not running then", one.part));
@@ -118,6 +121,7 @@ fn unheard(fault: &LinkFault, scenario: &Scenario) -> Option<String> {
         return Some(format!("uav {from} does not listen to itself: its own senses are own->{from}"));
     }
     let apart = from.abs_diff(to);
+    // The ring joins the last UAV to the first, so these two are neighbours as well.
     let is_neighbour = apart == 1 || apart == uavs - 1;
     (!is_neighbour && !scenario.control.ring_closes).then(|| {
         format!("uav {from} and uav {to} are not ring neighbours, so they do not listen to each other")
@@ -177,7 +181,9 @@ impl Presence {
 
     /// Whether `part` runs in any tick from `begin` to before `end`.
     fn is_ever_running(&self, part: Part, begin: Tick, end: Option<Tick>) -> bool {
+        // A process without an entry has no fault, so it runs all the time.
         let Some(states) = self.states.get(&part) else { return true };
+        // Search from the back: of several changes before one tick, the last one counts.
         let before = states.iter().rev().find(|(tick, _)| *tick <= begin);
         let at_begin = before.map_or(ProcessState::Running, |(_, state)| *state);
         let is_within = |tick: Tick| tick > begin && end.is_none_or(|end| tick < end);
