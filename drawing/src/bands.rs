@@ -83,6 +83,7 @@ impl Plot {
     fn new(panel: &BandChart, low: f64, high: f64) -> Self {
         let xs = || panel.curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.x));
         let x = (xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max));
+        // With a single place the range is zero, and `at` would divide by it.
         let x = if x.0 < x.1 { x } else { (x.0.min(x.1) - 0.5, x.0.min(x.1) + 0.5) };
         Self { x, y: if low < high { (low, high) } else { (low - 0.5, low + 0.5) } }
     }
@@ -134,6 +135,7 @@ impl Plot {
         for stretch in curve.points.split(|point| point.y.is_none()).filter(|stretch| !stretch.is_empty()) {
             let known: Vec<_> = stretch.iter().filter_map(|point| Some((point, point.y?))).collect();
             let along = |place: usize| known.iter().map(move |(point, y)| self.at(point.x, y[place]));
+            // Along the upper end and back along the lower one, so that the polygon does not cross itself.
             let band: Vec<_> = along(2).chain(along(1).rev()).collect();
             let _ = writeln!(
                 svg,
@@ -186,6 +188,7 @@ fn ticks((low, high): (f64, f64)) -> Vec<f64> {
     let step = [1.0, 2.0, 5.0, 10.0].iter().map(|factor| factor * power).find(|step| *step >= rough);
     let step = step.unwrap_or(rough);
     let first = (low / step).ceil() as i64;
+    // Without the margin, a rounding error can drop the tick at the upper end.
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).map(|index| index as f64 * step).collect()
 }
@@ -194,6 +197,7 @@ fn ticks((low, high): (f64, f64)) -> Vec<f64> {
 fn short(value: f64) -> String {
     let text = format!("{value:.6}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
+    // A small negative number is rounded to -0.
     if text == "-0" { "0".into() } else { text.into() }
 }
 
