@@ -75,6 +75,7 @@ impl MessageShape {
             FileDescriptorSet::decode(&*schema.data).ok().filter(|_| schema.encoding == "protobuf")?;
         let mut messages = HashMap::new();
         for file in &files.file {
+            // Without a package the full name of a message begins with a single dot.
             let package = file.package.as_deref().filter(|package| !package.is_empty());
             let scope = package.map_or_else(String::new, |package| format!(".{package}"));
             collect(&scope, &file.message_type, &mut messages);
@@ -130,6 +131,7 @@ impl Builder<'_> {
 fn kind(wire: Type, is_list: bool, is_optional: bool) -> Option<Kind> {
     match (wire, is_list) {
         (Type::String, true) => Some(Kind::Texts),
+        // These fit no column, so the whole topic is left out.
         (_, true) | (Type::Bytes | Type::Group | Type::Message, _) => None,
         (Type::String, _) => Some(Kind::Text),
         (Type::Double | Type::Float, _) => Some(Kind::Float),

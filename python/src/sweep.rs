@@ -78,6 +78,7 @@ pub(crate) fn sweep(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(PythonColumns, PythonColumns)> {
     let draft = draft(&base, axes, set, &faults, &options).map_err(PyErr::from)?;
+    // Release the interpreter's lock: signals and `progress` take it only while they run.
     let (rows, cells) = py.detach(|| fly_sweep(draft, &options, progress.as_ref()))?;
     Ok((into_python(py, rows)?, into_python(py, cells)?))
 }
@@ -165,6 +166,7 @@ fn fly_sweep(
     let simulate = |scenario: &Scenario| fly(scenario).map_err(|error| error.to_string());
     let crew = Crew { jobs, fly: simulate, stops: || watch.stops() };
     let (rows, _) = fly_all(&sweep, ledger, rows, &crew, |tally| watch.look(tally))?;
+    // Threads land in any order, but cells are put together from rows sorted by cell.
     rows.sort()?;
     watch.finish()?;
     Ok((row_columns(&path, &sweep)?, cell_columns(&path, &sweep, &figures)?))
@@ -207,6 +209,7 @@ impl<'a> Watch<'a> {
 
     /// Calls `progress`; returns the exception that it raises.
     fn show(&self, tally: Tally) -> Option<PyErr> {
+        // After an exception, `progress` stays uncalled while the flights in the air land.
         let progress = self.progress.filter(|_| !self.stops())?;
         Python::attach(|py| progress.call1(py, (tally.flown, self.flights)).err())
     }
