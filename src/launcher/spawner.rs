@@ -96,6 +96,7 @@ pub(super) fn send_signal(pid: u32, signal: ProcessSignal) {
         ProcessSignal::Stop => Signal::STOP,
         ProcessSignal::Continue => Signal::CONT,
     };
+    // Zero would mean the launcher's own process group, so it is no process here.
     if let Some(pid) = Pid::from_raw(pid.cast_signed()) {
         // A process that has just ended gets no signal. The notice of its end is on its way.
         let _ = kill_process(pid, signal);

@@ -23,6 +23,7 @@ pub(super) fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummar
     if moments == 0 {
         return Ok(());
     }
+    // Subtract instead of adding up the rest: the list of moments is capped, the totals are not.
     let faults = flight.faults - shown.iter().map(|recovery| recovery.faults).sum::<u64>();
     let cut_short = flight.recoveries_cut_short - shown.iter().filter(|one| is_cut_short(one)).count() as u64;
     let remark = format!("{}, {cut_short} cut short by the next one", counted(faults, "fault"));
@@ -42,6 +43,7 @@ fn shown(recoveries: &[FaultRecovery]) -> Vec<&FaultRecovery> {
         seconds(*one).total_cmp(&seconds(*other))
     });
     let is_always = |place: usize| place == last || Some(place) == worst;
+    // The worst and the last have their places in the list before the others share what is left.
     let mut others = LISTED - (0..recoveries.len()).filter(|place| is_always(*place)).count();
     let is_shown = |(place, _): &(usize, &FaultRecovery)| {
         let has_room = !is_always(*place) && others > 0;

@@ -66,6 +66,7 @@ fn metres(value: Option<f64>) -> String {
 }
 
 fn write_uavs(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    // A flight that was never measured has no UAVs to list.
     if flight.uavs.is_empty() || flight.uavs.len() > LISTED_UAVS {
         return Ok(());
     }
@@ -169,6 +170,7 @@ fn write_intruders(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::R
 fn write_filter(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
     let Some(share) = flight.filter_share else { return Ok(()) };
     let label = "collision filter acted";
+    // A filter that never acted departed from nothing, so the second line would have no numbers.
     let Some(longest_s) = flight.filter_longest_s else {
         return line(f, label, "never", "");
     };
@@ -215,6 +217,7 @@ fn write_links(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Resul
     if links.is_empty() {
         return Ok(());
     }
+    // The totals balance: what was offered or copied is delivered, lost, corrupted or still on the way.
     let sum = |count: fn(&LinkTotals) -> u64| links.iter().map(count).sum::<u64>();
     let (offered, lost, late) = (sum(|link| link.offered), sum(|link| link.lost), sum(|link| link.late));
     let (copies, left) = (sum(|link| link.duplicated), sum(|link| link.in_flight));

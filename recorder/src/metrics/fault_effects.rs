@@ -81,6 +81,7 @@ impl EffectWatch {
             crossed: BTreeSet::new(),
             last_tick: None,
         };
+        // Events name a process and a sentence, not a fault. Two faults with the same sentence act in the order of their ticks.
         for scheduled in scenario.schedule().scheduled_actions() {
             let key = (scheduled.part, scheduled.sentence);
             watch.planned.entry(key).or_default().push((scheduled.tick, scheduled.number));
@@ -157,6 +158,7 @@ impl EffectWatch {
         self.last_tick = Some(now);
         self.acted.extend(frame.links.iter().map(|counts| counts.acted).filter(|number| *number > 0));
         for slow in self.slow.iter().filter(|slow| slow.is_on(now)) {
+            // A process that does not run is not slow.
             if !self.absent.contains_key(&slow.part) {
                 self.acted.insert(slow.number);
             }
@@ -223,6 +225,7 @@ impl EffectWatch {
         if !has_link(fault, self.scenario.formation.uavs, |link| listened.contains(link)) {
             return "nobody listened on such a link".into();
         }
+        // The most general reason comes last: each one before it explains why no sample could be altered.
         if !self.crossed.contains(&number) {
             return "the sender or the receiver was not running".into();
         }

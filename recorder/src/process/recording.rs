@@ -72,6 +72,7 @@ impl Recording {
             Some(path) => Some(LogWriter::create(path, opening)?),
             None => None,
         };
+        // A successor misses what its predecessor had not flushed; a first recorder misses what flew before it was ready.
         let first_cause =
             if past.gaps.expected() > 0 { GapCause::LostWithPredecessor } else { GapCause::StartedLate };
         let mut recording = Self {
@@ -97,6 +98,7 @@ impl Recording {
         for event in self.scheduled.clone() {
             self.log_event(event);
         }
+        // The predecessor may have logged that a user healed a fault. Its scheduled end must not follow as well.
         for event in self.logged.clone() {
             self.forget_overtaken_healing(&event);
         }
@@ -154,6 +156,7 @@ impl Recording {
 
     /// Takes the next frame.
     pub fn observe(&mut self, frame: &Frame, timing: Option<&TickTiming>) -> Result<(), RecorderError> {
+        // Ticks that are missing before the first frame have another cause than those in mid-flight.
         let cause = if self.began { GapCause::FellBehind } else { self.first_cause };
         if let Some(gap) = self.gaps.pass(frame.tick) {
             self.log_gap(frame.tick, gap, cause);
@@ -203,6 +206,7 @@ impl Recording {
 
     /// Ends the log with the verdict, the metrics and the report of the `world`; without a report the verdict is `failed`.
     pub fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
+        // A run that ends before its flight has no tick at all, and its last events are logged at tick 0.
         let last_tick = (self.gaps.expected() - 1).max(0);
         let mut events = self.take_events(i64::MAX);
         // The schedule announces faults up to any tick. Those of ticks that the flight never reached did not happen.
@@ -223,6 +227,7 @@ impl Recording {
 
     fn result(&self, summary: &FlightSummary, world: Option<&WorldReport>) -> BTreeMap<String, String> {
         let violations = judge(&self.scenario, summary, world.map(|world| world.collisions.len()));
+        // A flight that did not reach its end has failed, even if it met every requirement until then.
         let verdict = match world {
             Some(world) if world.complete && violations.is_empty() => "passed",
             Some(world) if world.complete => "violated",
@@ -241,6 +246,7 @@ impl Recording {
             result.extend(texts("world.", world));
         }
         if !self.timing {
+            // These are wall-clock times: with them, equal flights would give different files.
             result.retain(|key, _| !key.starts_with("world.latency") && key != "world.late_max_us");
         }
         result
