@@ -92,7 +92,7 @@ const ROOMS: [Room; 12] = [
     Room {
         folder: "scenario",
         uses: &["flight"],
-        with_io: &["read/mod.rs", "read/source.rs", "fault/trace.rs"],
+        with_io: &["read/mod.rs", "read/source.rs", "read/track_file.rs", "fault/trace.rs"],
     },
     Room { folder: "flight", uses: &[], with_io: &[] },
 ];

@@ -47,7 +47,14 @@ fn filter_step(criterion: &mut Criterion) {
         bencher.iter(|| {
             now = now.next();
             filter.receive(&traffic(now));
-            filter.apply(now, black_box(&own), wish, |_, _| Vector2::new(15.0, 0.0), black_box(&obstacles))
+            filter.apply(
+                now,
+                black_box(&own),
+                wish,
+                |_, _| Vector2::new(15.0, 0.0),
+                black_box(&obstacles),
+                0.0,
+            )
         });
     });
 }

@@ -3,9 +3,10 @@
 //! - [`id`] identifies UAVs, processes and ticks, and [`pace`] says what a tick waits for and how fast time passes.
 //! - [`payload`] holds the messages between processes, [`event`] the events of a run, and [`report`] the world's
 //!   account of a finished flight, with the [`latency`] of its ticks.
-//! - [`motion`] solves Eq. (1), [`formation`] is the geometry of Definition 1, [`shape`] that of other formations and
-//!   [`slot`] a place in one; [`ring_order`] says which UAV has which slot, and [`ring`] is the geometry of the UAVs
-//!   still alive.
+//! - [`motion`] solves Eq. (1), and [`path`] is where the leader flies.
+//! - [`formation`] is the geometry of Definition 1, [`shape`] that of other formations and [`slot`] a place in one;
+//!   [`formation_frame`] turns them with the leader. [`ring_order`] says which UAV has which slot, and [`ring`] is the
+//!   geometry of the UAVs still alive.
 //! - [`draw`] makes all seeded draws, and [`counted`] writes numbers of things.
 //!
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
@@ -16,10 +17,12 @@
 pub mod draw;
 pub mod event;
 pub mod formation;
+pub mod formation_frame;
 pub mod id;
 pub mod latency;
 pub mod motion;
 pub mod pace;
+pub mod path;
 pub mod payload;
 pub mod process_state;
 pub mod report;
@@ -34,10 +37,12 @@ pub use event::{
     AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, Reporter, TimedEvent,
 };
 pub use formation::Formation;
+pub use formation_frame::FormationFrame;
 pub use id::{IntruderId, Part, Tick, UavId};
 pub use latency::LatencyTally;
-pub use motion::{Pose, direction, wrap};
+pub use motion::{Pose, chord, direction, turned, wrap};
 pub use pace::{Pace, real_time_factor};
+pub use path::{LeaderPath, PathMotion, TrackPoint, Turn, WaypointError};
 pub use payload::{
     Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FlightMode, FormationError,
     JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed,

@@ -37,6 +37,19 @@ pub fn direction(heading_rad: f64) -> Vector2<f64> {
     Vector2::new(libm::cos(heading_rad), libm::sin(heading_rad))
 }
 
+/// `vector` turned counterclockwise by `angle_rad`. No angle leaves it as it is, to the bit.
+pub fn turned(vector: Vector2<f64>, angle_rad: f64) -> Vector2<f64> {
+    let along = direction(angle_rad);
+    Vector2::new(along.x * vector.x - along.y * vector.y, along.y * vector.x + along.x * vector.y)
+}
+
+/// How far something gets in `duration_s` that begins with `velocity_m_s` and turns at `turn_rate_rad_s`: the chord of its
+/// arc, in m.
+pub fn chord(velocity_m_s: Vector2<f64>, turn_rate_rad_s: f64, duration_s: f64) -> Vector2<f64> {
+    let half_turn = turn_rate_rad_s * duration_s / 2.0;
+    turned(velocity_m_s * duration_s, half_turn) * sinc(half_turn)
+}
+
 /// `angle_rad` brought into (-pi, pi] by whole turns.
 pub fn wrap(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {
@@ -101,6 +114,17 @@ mod tests {
             prop_assert!(wrapped > -PI && wrapped <= PI);
             prop_assert!((direction(wrapped) - direction(angle)).norm() < 1e-9);
         }
+    }
+
+    #[test]
+    fn a_chord_joins_the_ends_of_an_arc() {
+        let start = Pose { position: Point2::new(1.0, 2.0), heading_rad: 0.7 };
+        for (turn_rate, duration) in [(0.0, 4.0), (0.3, 2.5), (-0.5, 10.0)] {
+            let end = start.position + chord(direction(0.7) * 15.0, turn_rate, duration);
+            assert!((end - start.after(15.0, turn_rate, duration).position).norm() < 1e-12);
+        }
+        let velocity = Vector2::new(-12.5, 0.1);
+        assert_eq!(chord(velocity, 0.0, 3.0), velocity * 3.0, "straight flight gives the same bits");
     }
 
     #[test]

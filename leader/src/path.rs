@@ -1,40 +1,33 @@
-//! The leader's path: straight on at constant speed (Assumption 1).
+//! The leader's state at each tick of a flight.
 //!
 //! The path must depend on the tick alone, so that a replacement continues exactly where the lost leader would be.
 
-use nalgebra::Point2;
-use ringwing_flight::{LeaderState, Pose, Tick, wrap};
+use ringwing_flight::{LeaderPath, LeaderState, PathMotion, Tick};
 use ringwing_scenario::Scenario;
 
 /// Where the leader is at each tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
-    start: Pose,
-    speed_m_s: f64,
+    path: LeaderPath,
     rate_hz: u32,
 }
 
 impl Path {
-    /// The leader's path in `scenario`.
+    /// The leader's path in `scenario`, which has been validated.
     pub fn new(scenario: &Scenario) -> Self {
-        let leader = &scenario.leader;
-        let start = Pose {
-            position: Point2::from(leader.start_m),
-            heading_rad: wrap(leader.heading_deg.to_radians()),
-        };
-        Self { start, speed_m_s: leader.speed_m_s, rate_hz: scenario.time.rate_hz }
+        Self { path: scenario.leader_path(), rate_hz: scenario.time.rate_hz }
     }
 
     /// The leader's state at `tick`.
     pub fn at(&self, tick: Tick) -> LeaderState {
         // From the start and not from the tick before: a replacement does not know that one, and rounding would add up.
-        let pose = self.start.after(self.speed_m_s, 0.0, tick.seconds(self.rate_hz));
+        let PathMotion { pose, speed_m_s, turn_rate_rad_s } = self.path.at(tick.seconds(self.rate_hz));
         LeaderState {
             tick,
             position_m: pose.position.into(),
             heading_rad: pose.heading_rad,
-            speed_m_s: self.speed_m_s,
-            turn_rate_rad_s: 0.0,
+            speed_m_s,
+            turn_rate_rad_s,
         }
     }
 }
@@ -42,6 +35,7 @@ impl Path {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ringwing_scenario::PathKind;
 
     #[test]
     fn the_leader_of_the_paper_reaches_obstacle_1_after_a_minute() {
@@ -58,5 +52,15 @@ mod tests {
         scenario.leader.heading_deg = 90.0;
         let [x, y] = Path::new(&scenario).at(Tick(200)).position_m;
         assert!((x - 10.0).abs() < 1e-9 && (y - 50.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_leader_that_turns_publishes_the_rate_at_which_it_turns() {
+        let mut scenario = Scenario::default();
+        scenario.leader.path.kind = PathKind::Circle;
+        let path = Path::new(&scenario);
+        let (now, next) = (path.at(Tick(500)), path.at(Tick(501)));
+        assert_eq!(now.turn_rate_rad_s, 15.0 / 300.0);
+        assert!((next.heading_rad - now.heading_rad - 0.01 * now.turn_rate_rad_s).abs() < 1e-12);
     }
 }

@@ -166,7 +166,7 @@ fn a_flight_over_shared_memory_is_recorded_whole() {
     assert_eq!(result.metadata["verdict"], "passed");
     let each_tick = 6 + 6 + 1; // state, control, timing
     let twenty_a_second = 4; // leader, frames, swarm, metrics
-    let slower = 75 + 5 * 15 + 3; // links; trails, map twice, faults, percentiles; what stands still
+    let slower = 75 + 5 * 15 + 4; // links; trails, map twice, faults, percentiles; what stands still, and the path
     let lines_and_events = 2 + 1;
     let messages = 1500 * each_tick + 300 * twenty_a_second + slower + lines_and_events;
     assert_eq!(MessageStream::new(&file).unwrap().count(), messages);

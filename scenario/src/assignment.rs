@@ -20,8 +20,7 @@ const FARTHEST_MM2: f64 = 1e15;
 pub(crate) fn nearest(scenario: &Scenario) -> RingOrder {
     let uavs = scenario.formation.uavs;
     let Ok(starts) = start::states(scenario) else { return RingOrder::by_number(uavs) };
-    let (formation, centre) = (scenario.formation(), Point2::from(scenario.leader.start_m));
-    let slots: Vec<_> = (1..=uavs).map(|slot| formation.slot(slot, centre)).collect();
+    let slots: Vec<_> = (1..=uavs).map(|slot| scenario.start_slot(slot)).collect();
     let cost = |(start, slot): (usize, usize)| {
         let apart = Point2::from(starts[start].position_m) - slots[slot];
         (apart.norm_squared() * MM2_PER_M2).round().min(FARTHEST_MM2) as i64

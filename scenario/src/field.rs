@@ -2,8 +2,8 @@
 //!
 //! Never depends on anything but the scenario, so that the world, the recorder and every reader of a log get the same ones.
 
-use crate::{ObstacleFieldSection, ObstacleSection, Scenario};
-use nalgebra::{Point2, Vector2};
+use crate::{LeaderStart, ObstacleFieldSection, ObstacleSection, Scenario};
+use nalgebra::Vector2;
 use ringwing_flight::{direction, draw::Draws};
 
 /// Separates these draws from all others of the seed ("field" in ASCII). Another value gives other fields.
@@ -31,9 +31,10 @@ impl Scenario {
             radius_max_m,
             braking_m,
         } = self.obstacle_field;
-        let along = direction(self.leader.heading_deg.to_radians());
+        let LeaderStart { position, heading_deg, .. } = self.leader_start();
+        let along = direction(heading_deg.to_radians());
         let across = Vector2::new(-along.y, along.x);
-        let corner = Point2::from(self.leader.start_m) + along * ahead_m - across * (width_m / 2.0);
+        let corner = position + along * ahead_m - across * (width_m / 2.0);
         // Each circle takes three numbers, in this order: a larger field begins with the circles of a smaller one.
         let mut draws = Draws::new(self.seed, PURPOSE, 0);
         (1..=circles).map(move |number| {

@@ -25,9 +25,10 @@ pub use fault::{Action, Fault, schedule::FaultSchedule};
 pub use key::unit_symbol;
 pub use model::{
     AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
-    GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection, MembershipSection,
-    ObstacleFieldSection, ObstacleSection, OffsetSection, RequirementsSection, SafetySection, Scenario,
-    SensingSection, ShapeName, StartSection, StartState, SupervisionSection, TimeSection, Wake,
+    GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection, LeaderStart,
+    MembershipSection, ObstacleFieldSection, ObstacleSection, OffsetSection, PathKind, PathSection,
+    RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName, StartSection, StartState,
+    SupervisionSection, TimeSection, Wake, WaypointSection,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, example_scenario, keys};

@@ -24,7 +24,7 @@ macro_rules! preset {
 }
 
 /// In the order in which `scenario list` shows them.
-static PRESETS: [Preset; 11] = [
+static PRESETS: [Preset; 12] = [
     preset!("paper-4.1", "six UAVs form the ring in free sky and keep it (Section 4.1)"),
     preset!("paper-4.2", "six UAVs form the ring and fly past two obstacles (Section 4.2)"),
     preset!("dropout", "one UAV drops out for good, and the ring closes"),
@@ -36,6 +36,7 @@ static PRESETS: [Preset; 11] = [
     preset!("storm", "half a minute of kills, freezes, loss, delay and a partition"),
     preset!("field", "six UAVs cross a field of 20 obstacles that the seed draws"),
     preset!("traffic", "six UAVs among two obstacles that move and three intruders"),
+    preset!("racetrack", "the ring turns with a leader that flies a racetrack"),
 ];
 
 /// All presets, in the order in which to list them.

@@ -2,7 +2,7 @@
 //!
 //! Never depends on anything but the scenario, so that every process and every check gets the same states.
 
-use crate::{IntruderSection, ObstacleSection, Problem, Scenario, ScenarioError, StartState};
+use crate::{IntruderSection, LeaderStart, ObstacleSection, Problem, Scenario, ScenarioError, StartState};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{direction, draw::Draws};
 
@@ -47,6 +47,7 @@ fn no_room(scenario: &Scenario, uav: u32) -> Problem {
 /// The box that start positions are drawn from.
 struct StartBox<'s> {
     scenario: &'s Scenario,
+    leader: LeaderStart,
     obstacles: Vec<ObstacleSection>,
     draws: Draws,
     middle: Point2<f64>,
@@ -63,12 +64,14 @@ impl<'s> StartBox<'s> {
         let draw = &scenario.start.draw;
         // That of the ring in every shape: in a box as long as an echelon, the rear slots are too far behind the foremost UAVs.
         let radius = scenario.formation().radius_m();
-        let ahead = direction(scenario.leader.heading_deg.to_radians());
+        let leader = scenario.leader_start();
+        let ahead = direction(leader.heading_deg.to_radians());
         Self {
             scenario,
+            leader,
             obstacles: scenario.all_obstacles(),
             draws: Draws::new(scenario.seed, PURPOSE, MOMENT),
-            middle: Point2::from(scenario.leader.start_m) + ahead * (draw.ahead_radii * radius),
+            middle: leader.position + ahead * (draw.ahead_radii * radius),
             along: ahead * (draw.length_radii * radius),
             across: Vector2::new(-ahead.y, ahead.x) * (draw.width_radii * radius),
             // With a smaller separation, a flight could begin with a collision.
@@ -90,8 +93,8 @@ impl<'s> StartBox<'s> {
         let position = self.middle
             + self.along * (self.draws.uniform() - 0.5)
             + self.across * (self.draws.uniform() - 0.5);
-        let Scenario { leader, start, .. } = self.scenario;
-        let deviation_deg = start.draw.heading_spread_deg * (2.0 * self.draws.uniform() - 1.0);
+        let leader = &self.leader;
+        let deviation_deg = self.scenario.start.draw.heading_spread_deg * (2.0 * self.draws.uniform() - 1.0);
         StartState {
             position_m: position.into(),
             // Within one turn, as validation requires of listed starts.

@@ -5,9 +5,10 @@
 //! the world, never takes the recorder away for long or at the end, and never has an answer so slow that the run gives up
 //! waiting.
 
-use ringwing_flight::{OnLoss, draw::Draws};
+use ringwing_flight::{FormationFrame, OnLoss, Turn, draw::Draws};
 use ringwing_scenario::{
-    Action, Failsafe, Fault, IntruderSection, Law, LawSwitches, ObstacleSection, Scenario, ShapeName,
+    Action, Failsafe, Fault, IntruderSection, Law, LawSwitches, ObstacleSection, PathKind, Scenario,
+    ShapeName, WaypointSection,
     fault::{Delay, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets},
 };
 use std::ops::RangeInclusive;
@@ -23,7 +24,7 @@ const FAULTS_MAX: u32 = 8;
 const SLOW_MAX_MS: u32 = 5;
 
 /// The random scenario of `seed`: 3 to 12 UAVs in any shape, 5 to 20 s, either law, up to three listed obstacles and twelve
-/// drawn ones, two intruders and eight faults.
+/// drawn ones, two intruders and eight faults, and a leader that turns in half of them.
 pub fn scenario(seed: u64) -> Scenario {
     let mut dice = Dice(Draws::new(seed, PURPOSE, 0));
     let mut scenario = Scenario {
@@ -55,6 +56,7 @@ pub fn scenario(seed: u64) -> Scenario {
     scenario.control.collision_filter |= dice.one_in(3);
     scenario.sensing.radar_range_m = dice.number(60.0, 200.0);
     scenario.sensing.radar_noise_m = dice.pick(&[0.0, 1.0]);
+    dice.set_path(&mut scenario);
     scenario
 }
 
@@ -89,6 +91,7 @@ impl Dice {
             trust_fades,
             gain_fades,
             force_limited,
+            turn_feed_forward,
             ring_closes,
             collision_filter,
         } = law.switches();
@@ -98,6 +101,7 @@ impl Dice {
         control.dead_reckoning = dead_reckoning;
         (control.trust_fades, control.gain_fades) = (trust_fades, gain_fades);
         (control.force_limited, control.ring_closes) = (force_limited, ring_closes);
+        control.turn_feed_forward = turn_feed_forward;
         control.collision_filter = collision_filter;
         // 0.1 s is five ticks at 50 Hz; validation refuses fewer than four.
         scenario.membership.loss_timeout_s = self.pick(&[0.1, 0.3, 1.0, 3.0]);
@@ -106,6 +110,28 @@ impl Dice {
         scenario.membership.slots_move_s = self.pick(&[0.0, 1.0, 5.0]);
         scenario.airframe.failsafe = self.pick(&[Failsafe::Loiter, Failsafe::Hold, Failsafe::Vanish]);
         scenario.airframe.command_timeout_s = self.pick(&[0.05, 0.5, 1.5]);
+    }
+
+    /// Lets the leader of half of the flights turn, and half of those formations turn with it. No turn is tighter than the
+    /// airframes can fly.
+    fn set_path(&mut self, scenario: &mut Scenario) {
+        let kinds = [PathKind::Circle, PathKind::FigureEight, PathKind::Racetrack, PathKind::Waypoints];
+        if self.one_in(2) {
+            return;
+        }
+        scenario.formation.frame = self.pick(&[FormationFrame::Fixed, FormationFrame::Leader]);
+        let least_m = scenario.turn_radius_min_m().unwrap_or_default();
+        let path = &mut scenario.leader.path;
+        path.kind = self.pick(&kinds);
+        path.turn = self.pick(&[Turn::Left, Turn::Right]);
+        path.radius_m = (least_m * self.number(1.01, 3.0)).ceil();
+        // Short, so that a flight of a few seconds reaches the first turn.
+        path.length_m = self.number(20.0, 100.0);
+        // A right angle takes as much of each leg as the radius is long.
+        let leg_m = path.radius_m + self.number(20.0, 100.0);
+        path.waypoints = [[leg_m, 0.0], [leg_m, leg_m + path.radius_m]]
+            .map(|position_m| WaypointSection { position_m })
+            .into();
     }
 
     /// Requires something of half of the flights, so that each verdict occurs.
@@ -396,6 +422,15 @@ mod tests {
         ] {
             assert!(words.contains(word), "no {word}");
         }
+    }
+
+    #[test]
+    fn every_path_of_the_leader_but_a_track_occurs_in_both_frames() {
+        let drawn: BTreeSet<String> = SEEDS
+            .map(scenario)
+            .map(|scenario| format!("{:?} {:?}", scenario.leader.path.kind, scenario.formation.frame))
+            .collect();
+        assert_eq!(drawn.len(), 9, "a straight path has no need of the leader's frame: {drawn:?}");
     }
 
     #[test]

@@ -14,3 +14,4 @@ mod safety;
 mod shapes;
 mod storm;
 mod theory;
+mod turning;

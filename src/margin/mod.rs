@@ -10,7 +10,7 @@ use progress::Progress;
 use report::{Report, TheoryLine};
 use ringwing_bus::StopFlag;
 use ringwing_recorder::metrics::Verdict;
-use ringwing_scenario::{Scenario, Setting, ShapeName};
+use ringwing_scenario::{PathKind, Scenario, Setting, ShapeName};
 use ringwing_study::{
     fly,
     margin::{Asked, Delays, Pilots, Plan, Question, search},
@@ -137,6 +137,11 @@ fn theory(question: &Question) -> Result<Vec<TheoryLine>, WrongUsage> {
         return Err(WrongUsage(format!(
             "--theory: the theory is that of a ring, and formation.shape is {shape:?}"
         )));
+    }
+    if scenario.leader.path.kind != PathKind::Straight {
+        let message = "--theory: the linearised law assumes a leader that flies straight (Assumption 1): give \
+                       leader.path.kind = \"straight\", or no --theory";
+        return Err(WrongUsage(message.into()));
     }
     let swarm = Linearised::of(&scenario);
     let delays = question.delays();

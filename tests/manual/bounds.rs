@@ -2,7 +2,7 @@
 //!
 //! Never repeats a bound: each comes out of the message with which the code refuses a value.
 
-use ringwing_scenario::{Scenario, Setting, Source, StartState};
+use ringwing_scenario::{PathKind, Scenario, Setting, Source, StartState};
 
 /// Values that break every bound that a number can have.
 const NUMBERS: [&str; 5] = ["-1e7", "-1.0", "0.0", "1e-9", "1e7"];
@@ -21,6 +21,7 @@ impl Example {
         let mut scenario = ringwing_scenario::example_scenario();
         scenario.control.collision_filter = true;
         scenario.control.ring_closes = true;
+        scenario.leader.path.kind = PathKind::Racetrack;
         let start = scenario.start.uavs[0];
         let [x, y] = start.position_m;
         let beside = |uav: u32| StartState { position_m: [x + 20.0 * f64::from(uav), y], ..start };

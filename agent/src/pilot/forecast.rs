@@ -1,12 +1,14 @@
 //! Where the law would take the UAV over the next seconds.
 //!
-//! The leader flies on along its arc, the neighbours and the obstacles straight, and the slots stay where they are in the
-//! formation. Never changes the flight: the collision filter only asks what would happen.
+//! The leader flies on along its arc, the neighbours turn with it, the obstacles move straight, and the slots stay where
+//! they are in the formation. Never changes the flight: the collision filter only asks what would happen.
 
-use super::{gains::Gains, repulsion_of, track::PeerTrack};
-use crate::law::{Bond, Field, potential_forces, speed_force};
+use super::{
+    gains::Gains, leader_estimate::EstimatedLeader, repulsion_of, slot_motion::SlotMotion, track::PeerTrack,
+};
+use crate::law::{Bond, Field, potential_forces};
 use nalgebra::Vector2;
-use ringwing_flight::{Pose, SensedObstacle, direction};
+use ringwing_flight::{FormationFrame, Pose, SensedObstacle, chord, direction, turned};
 
 /// The law as of one tick, to be asked for the forces of the next seconds.
 #[derive(Debug, Clone)]
@@ -16,18 +18,20 @@ pub(super) struct LawForecast {
     /// The share of the formation's gain that each neighbour's data are trusted with.
     trust: [f64; 2],
     neighbour_velocities: [Vector2<f64>; 2],
-    leader: PeerTrack,
-    leader_pose: Pose,
+    leader: EstimatedLeader,
+    frame: FormationFrame,
+    slot_motion: SlotMotion,
 }
 
 impl LawForecast {
-    /// The law in `field`, with the neighbours on their `tracks` and the leader at `leader_pose`.
+    /// The law in `field`, with the neighbours on their `tracks` and the slot moving as `slot_motion` says.
     pub(super) fn new(
         gains: &Gains,
         field: &Field,
         tracks: [Option<&PeerTrack>; 2],
-        leader: PeerTrack,
-        leader_pose: Pose,
+        leader: &EstimatedLeader,
+        frame: FormationFrame,
+        slot_motion: SlotMotion,
     ) -> Self {
         let velocity = |track: Option<&PeerTrack>| {
             track.map_or_else(Vector2::zeros, |track| direction(track.pose.heading_rad) * track.speed_m_s)
@@ -43,23 +47,31 @@ impl LawForecast {
             field: *field,
             trust: [trust(field.previous), trust(field.next)],
             neighbour_velocities: tracks.map(velocity),
-            leader,
-            leader_pose,
+            leader: *leader,
+            frame,
+            slot_motion,
         }
+    }
+
+    /// The rate at which the whole formation turns.
+    pub(super) fn turn_rate_rad_s(&self) -> f64 {
+        self.slot_motion.turn_rate_rad_s
     }
 
     /// The law's force on the UAV if it is at `own` after `after_s`.
     pub(super) fn force(&self, own: &Pose, after_s: f64, obstacles: &[SensedObstacle]) -> Vector2<f64> {
-        let PeerTrack { speed_m_s, turn_rate_rad_s, .. } = self.leader;
-        let leader = self.leader_pose.after(speed_m_s, turn_rate_rad_s, after_s);
-        // Slots move with the leader's position and never turn with its heading.
-        let moved = leader.position - self.leader_pose.position;
-        let slot = self.field.slot + moved;
-        // G fades with the distance from the slot, and the UAV may be much nearer to it by then.
+        let PeerTrack { speed_m_s, turn_rate_rad_s, .. } = self.leader.track;
+        let here = self.leader.pose;
+        let leader = here.after(speed_m_s, turn_rate_rad_s, after_s);
+        // The slot moves with the leader, and round it if the formation turns.
+        let offset = self.field.slot - here.position;
+        let turn_rad = self.frame.turn_rate_rad_s(turn_rate_rad_s) * after_s;
+        let moved = leader.position - here.position;
+        let slot = self.field.slot + moved + (turned(offset, turn_rad) - offset);
         let gain = self.gains.formation(&(own.position - slot));
         let bond = |bond: Option<Bond>, place: usize| {
             let bond = bond?;
-            let point = bond.point + self.neighbour_velocities[place] * after_s;
+            let point = bond.point + chord(self.neighbour_velocities[place], self.turn_rate_rad_s(), after_s);
             Some(Bond { point, gain: gain * self.trust[place], ..bond })
         };
         let field = Field {
@@ -70,7 +82,7 @@ impl LawForecast {
             slot_gain: self.field.slot_gain,
         };
         let formation = self.gains.limited(potential_forces(&field, &own.position).total(), speed_m_s);
-        speed_force(speed_m_s, leader.heading_rad) - formation
+        turned(self.slot_motion.velocity_m_s, turn_rate_rad_s * after_s) - formation
             + repulsion_of(obstacles, self.gains.obstacle_m, &own.position, after_s)
     }
 }

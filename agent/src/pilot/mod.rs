@@ -10,25 +10,27 @@ mod gains;
 mod leader_estimate;
 mod neighbours;
 mod own_flight;
+mod slot_motion;
 mod slots;
 mod track;
 
 use crate::law::{
     Bond, ControlInput, Field, Forces, Limits, RepulsiveObstacle, formation_control, potential,
-    potential_forces, repulsion, saturated_control, speed_force,
+    potential_forces, repulsion, saturated_control,
 };
 use crate::safety::CollisionFilter;
 use forecast::LawForecast;
 use gains::Gains;
-use leader_estimate::LeaderEstimate;
+use leader_estimate::{EstimatedLeader, LeaderEstimate};
 use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
 use own_flight::OwnFlight;
 use ringwing_flight::{
-    Account, Avoided, Command, LeaderState, Pose, Sensed, SensedObstacle, Tick, Traffic, UavId, UavState,
-    direction,
+    Account, Avoided, Command, FormationFrame, LeaderState, Pose, Sensed, SensedObstacle, Tick, Traffic,
+    UavId, UavState, direction,
 };
 use ringwing_scenario::{DeadReckoning, Scenario};
+use slot_motion::SlotMotion;
 use slots::{SlotGeometry, Slots};
 use track::{PeerTrack, age};
 
@@ -50,6 +52,9 @@ pub struct Pilot {
     limits: Limits,
     gains: Gains,
     dead_reckoning: DeadReckoning,
+    frame: FormationFrame,
+    /// Whether the law flies the motion of the slot, and not that of the leader.
+    feeds_turn_forward: bool,
     period_s: f64,
     timeout_ticks: i64,
     own: OwnFlight,
@@ -96,6 +101,8 @@ impl Pilot {
             limits: limits.expect("a validated scenario has valid limits"),
             gains: Gains::new(scenario),
             dead_reckoning: scenario.control.dead_reckoning,
+            frame: scenario.formation.frame,
+            feeds_turn_forward: scenario.control.turn_feed_forward,
             period_s: scenario.period_s(),
             timeout_ticks,
             own: OwnFlight::default(),
@@ -164,7 +171,8 @@ impl Pilot {
             Some(forecast) => forecast.force(pose, after_s, obstacles),
             None => direction(own.heading_rad) * control.speed_m_s,
         };
-        let flown = filter.apply(now, own, control, force, obstacles);
+        let swarm_rad_s = forecast.as_ref().map_or(0.0, LawForecast::turn_rate_rad_s);
+        let flown = filter.apply(now, own, control, force, obstacles, swarm_rad_s);
         (account.speed_m_s, account.turn_rate_rad_s) =
             (flown.control.speed_m_s, flown.control.turn_rate_rad_s);
         (account.avoided, account.avoided_m) = (flown.avoided, flown.avoided_at.into());
@@ -174,22 +182,33 @@ impl Pilot {
 
     /// What the law wishes, with its account; without a leader, straight on at the present speed.
     fn steer(&mut self, senses: &Sensed, own: &Pose, now: Tick) -> Wish {
-        let Some((leader, leader_pose)) = self.leader.at(now, self.dead_reckoning, self.period_s) else {
+        let Some(leader) = self.leader.at(now, self.dead_reckoning, self.period_s) else {
             let control = ControlInput { speed_m_s: senses.speed_m_s, turn_rate_rad_s: 0.0 };
             let account = Account::without_leader(&self.command(now, control));
             return Wish { control, account, forecast: None };
         };
         let geometry = self.slots.geometry();
+        let offset_m = self.frame.placed(geometry.slot, leader.frame_rad);
+        let motion = if self.feeds_turn_forward {
+            SlotMotion::turning(&leader, self.frame, offset_m)
+        } else {
+            SlotMotion::straight(&leader)
+        };
         // Only the ring neighbours have a term in the law. The agent may listen to more UAVs, to learn who is alive.
         let tracks = geometry.neighbours.map(|neighbour| self.neighbours.newest(neighbour?.0));
-        let field = self.field(geometry, tracks, &leader_pose, own, now);
-        let terms = self.law_terms(field, &leader, &leader_pose, senses, own);
+        let bonds = self.neighbour_bonds(geometry, tracks, motion.turn_rate_rad_s, now);
+        let field = self.field(geometry, bonds, leader.pose.position, offset_m, own);
+        let terms = self.law_terms(field, &leader, &motion, senses, own);
         // Nobody else asks where the law leads.
         let forecast = self
             .filter
             .is_some()
-            .then(|| LawForecast::new(&self.gains, &terms.field, tracks, leader, leader_pose));
-        Wish { control: terms.control, account: self.account(&terms, tracks, &leader, own, now), forecast }
+            .then(|| LawForecast::new(&self.gains, &terms.field, tracks, &leader, self.frame, motion));
+        Wish {
+            control: terms.control,
+            account: self.account(&terms, tracks, &leader.track, own, now),
+            forecast,
+        }
     }
 
     /// Moves the slots, and sends them to a new ring when a UAV was lost or has returned.
@@ -202,29 +221,41 @@ impl Pilot {
         self.slots.advance(now);
     }
 
-    /// What Eq. (3) measures the UAV's position against, with everything predicted to `now`.
-    fn field(
+    /// The ring neighbours predicted to `now`, each with the share of G that its data are trusted with. A neighbour that was
+    /// never received has no bond.
+    fn neighbour_bonds(
         &self,
         geometry: &SlotGeometry,
         tracks: [Option<&PeerTrack>; 2],
-        leader: &Pose,
-        own: &Pose,
+        swarm_rad_s: f64,
         now: Tick,
+    ) -> [Option<Bond>; 2] {
+        [0, 1].map(|place| {
+            let (track, (_, rest_m)) = (tracks[place]?, geometry.neighbours[place]?);
+            let pose =
+                track.with_formation_after_one_tick(now, self.dead_reckoning, swarm_rad_s, self.period_s);
+            Some(Bond { point: pose.position, rest_m, gain: self.gains.trust(track, now) })
+        })
+    }
+
+    /// What Eq. (3) measures the UAV's position against, around a leader at `centre`.
+    fn field(
+        &self,
+        geometry: &SlotGeometry,
+        trusted: [Option<Bond>; 2],
+        centre: Point2<f64>,
+        offset_m: Vector2<f64>,
+        own: &Pose,
     ) -> Field {
-        let slot = leader.position + geometry.slot;
+        let slot = centre + offset_m;
         // One G for neighbours and centre, as in Eq. (3). The slot's term keeps its full gain, so that it decides
         // where G has faded.
         let gain = self.gains.formation(&(own.position - slot));
-        // A neighbour that was never received has no term.
-        let bond = |place: usize| {
-            let (track, (_, rest_m)) = (tracks[place]?, geometry.neighbours[place]?);
-            let point = track.straight_after_one_tick(now, self.dead_reckoning, self.period_s).position;
-            Some(Bond { point, rest_m, gain: gain * self.gains.trust(track, now) })
-        };
+        let [previous, next] = trusted.map(|bond| bond.map(|bond| Bond { gain: gain * bond.gain, ..bond }));
         Field {
-            previous: bond(0),
-            next: bond(1),
-            centre: Bond { point: leader.position, rest_m: geometry.radius_m, gain },
+            previous,
+            next,
+            centre: Bond { point: centre, rest_m: geometry.radius_m, gain },
             slot,
             slot_gain: self.gains.slot,
         }
@@ -234,8 +265,8 @@ impl Pilot {
     fn law_terms(
         &self,
         field: Field,
-        leader: &PeerTrack,
-        leader_pose: &Pose,
+        leader: &EstimatedLeader,
+        motion: &SlotMotion,
         senses: &Sensed,
         own: &Pose,
     ) -> LawTerms {
@@ -243,11 +274,16 @@ impl Pilot {
         let repulsion_m = repulsion_of(senses.obstacles(), self.gains.obstacle_m, &own.position, 0.0);
         // Only the formation's force is limited. A limited repulsion could be outweighed, and the UAV would hit the
         // obstacle.
-        let formation_force = self.gains.limited(forces.total(), leader.speed_m_s);
+        let formation_force = self.gains.limited(forces.total(), leader.track.speed_m_s);
         // The paper gives no formula for its "combined force" (end of Section 3.2). Eq. (13) points away from the
         // obstacle, so f_obs is added to the force of Eq. (6), before the saturation of Eq. (12).
-        let force = speed_force(leader.speed_m_s, leader_pose.heading_rad) - formation_force + repulsion_m;
-        let unsaturated = formation_control(&force, own.heading_rad, self.gains.heading_rad_per_m);
+        let force = motion.velocity_m_s - formation_force + repulsion_m;
+        let mut unsaturated = formation_control(&force, own.heading_rad, self.gains.heading_rad_per_m);
+        // In a turn, a UAV in its slot has no force across its heading and has to turn all the same. On a straight leg add
+        // nothing: even a zero could change the sign of a zero.
+        if motion.turn_rate_rad_s != 0.0 {
+            unsaturated.turn_rate_rad_s += motion.turn_rate_rad_s;
+        }
         let control = saturated_control(&unsaturated, &self.limits);
         LawTerms { field, forces, repulsion_m, unsaturated, control }
     }

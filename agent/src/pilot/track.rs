@@ -50,21 +50,27 @@ impl PeerTrack {
         self.pose.after(self.speed_m_s, self.turn_rate_rad_s, duration_s)
     }
 
-    /// Where a UAV is at `now`: predicted along its arc for one tick and straight on after that, as far as `reckoning`
-    /// allows.
+    /// Where a UAV is at `now`: predicted along its arc for one tick, and after that turning at `formation_rad_s`, as the
+    /// whole formation does, as far as `reckoning` allows.
     ///
     /// A UAV holds its turn rate for one tick; then the stiff heading loop of Eq. (6) commands another one. Data may
     /// be seconds old, and a momentary turn extended over seconds makes a circle that the UAV does not fly. The whole
     /// swarm would follow it and oscillate.
-    pub(super) fn straight_after_one_tick(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
+    pub(super) fn with_formation_after_one_tick(
+        &self,
+        now: Tick,
+        reckoning: DeadReckoning,
+        formation_rad_s: f64,
+        period_s: f64,
+    ) -> Pose {
         let predicted = self.predicted_ticks(now, reckoning);
-        let turned = predicted.min(1);
-        let pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, turned as f64 * period_s);
-        // Skip a straight part of no length: it could still round the last bit.
-        if predicted == turned {
+        let held = predicted.min(1);
+        let pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, held as f64 * period_s);
+        // Skip a part of no length: it could still round the last bit.
+        if predicted == held {
             pose
         } else {
-            pose.after(self.speed_m_s, 0.0, (predicted - turned) as f64 * period_s)
+            pose.after(self.speed_m_s, formation_rad_s, (predicted - held) as f64 * period_s)
         }
     }
 
@@ -131,17 +137,16 @@ mod tests {
     fn a_uav_is_predicted_to_turn_for_one_tick_and_the_leader_for_the_whole_time() {
         let turning = PeerTrack { turn_rate_rad_s: 0.5, ..at(0) };
         let full = DeadReckoning::Full;
-        let (leader, uav) = (
-            turning.along_arc(Tick(200), full, 0.01),
-            turning.straight_after_one_tick(Tick(200), full, 0.01),
-        );
+        let uav = |now, reckoning, formation_rad_s| {
+            turning.with_formation_after_one_tick(Tick(now), reckoning, formation_rad_s, 0.01)
+        };
+        let leader = turning.along_arc(Tick(200), full, 0.01);
         assert!((leader.heading_rad - 1.0).abs() < 1e-12);
-        assert!((uav.heading_rad - 0.005).abs() < 1e-12);
-        assert_eq!(
-            turning.straight_after_one_tick(Tick(1), full, 0.01),
-            turning.along_arc(Tick(1), full, 0.01)
-        );
-        assert_eq!(turning.straight_after_one_tick(Tick(200), DeadReckoning::Off, 0.01), turning.pose);
+        assert!((uav(200, full, 0.0).heading_rad - 0.005).abs() < 1e-12);
+        assert_eq!(uav(1, full, 0.0), turning.along_arc(Tick(1), full, 0.01));
+        assert_eq!(uav(200, DeadReckoning::Off, 0.0), turning.pose);
+        // While the formation turns, a UAV goes on turning with it.
+        assert!((uav(200, full, -0.1).heading_rad - (0.005 - 0.199)).abs() < 1e-12);
     }
 
     #[test]

@@ -107,7 +107,7 @@ impl CollisionFilter {
             turn_rate_max_rad_s,
             speed_min_m_s: airframe.speed_min_m_s,
             speed_max_m_s: airframe.speed_max_m_s,
-            leader_speed_m_s: scenario.leader.speed_m_s,
+            leader_speed_m_s: scenario.leader_start().speed_m_s,
             turns: (-side..=side).map(turn).collect(),
             traffic: None,
             threats: Vec::new(),
@@ -125,7 +125,7 @@ impl CollisionFilter {
     }
 
     /// What to fly at `now` instead of `wish`, with the UAV at `own`. `force` is the law's force at a pose, some seconds from
-    /// now.
+    /// now; `swarm_rad_s` is the rate at which other UAVs turn that fly on command.
     pub fn apply(
         &mut self,
         now: Tick,
@@ -133,10 +133,11 @@ impl CollisionFilter {
         wish: ControlInput,
         force: impl Fn(&Pose, f64) -> Vector2<f64>,
         obstacles: &[SensedObstacle],
+        swarm_rad_s: f64,
     ) -> Flown {
         // The UAVs look in turn: if two of them looked at once, both would give way to the same side, again and again.
         if (now.0 + i64::from(self.uav.0)) % self.interval_ticks == 0 {
-            self.escape = self.look(now, own, wish, force, obstacles);
+            self.escape = self.look(now, own, wish, force, obstacles, swarm_rad_s);
         }
         let Some(Escape { heading_rad, speed_m_s, avoided, avoided_at, turn_rad, .. }) = self.escape else {
             let avoided_at = Point2::origin();
@@ -155,8 +156,9 @@ impl CollisionFilter {
         wish: ControlInput,
         force: impl Fn(&Pose, f64) -> Vector2<f64>,
         obstacles: &[SensedObstacle],
+        swarm_rad_s: f64,
     ) -> Option<Escape> {
-        let view = Viewpoint::new(*own, self.horizon_s);
+        let view = Viewpoint::new(*own, self.horizon_s, swarm_rad_s);
         self.find_threats(now, &view, obstacles, self.clearance_m);
         // The usual case: nothing is near, so there is no need to predict the law's course.
         if self.threats.is_empty() {

@@ -36,7 +36,7 @@ fn report(tick: Tick, sensed: &[SensedAircraft]) -> Traffic {
 
 /// What UAV 1 flies at `now`, from the origin to the east, under a law that leads straight on.
 fn flown(filter: &mut CollisionFilter, now: Tick, obstacles: &[SensedObstacle]) -> Flown {
-    filter.apply(now, &own(), WISH, |_, _| Vector2::new(15.0, 0.0), obstacles)
+    filter.apply(now, &own(), WISH, |_, _| Vector2::new(15.0, 0.0), obstacles, 0.0)
 }
 
 fn flown_among(sensed: &[SensedAircraft]) -> Flown {

@@ -33,6 +33,8 @@ pub(super) struct Viewpoint {
     own: Pose,
     to_body: Rotation2<f64>,
     horizon_s: f64,
+    /// The rate at which aircraft turn that fly on command.
+    swarm_rad_s: f64,
 }
 
 /// How a course comes too near to something.
@@ -47,8 +49,8 @@ pub(super) struct Conflict {
 }
 
 impl Viewpoint {
-    pub(super) fn new(own: Pose, horizon_s: f64) -> Self {
-        Self { own, to_body: Rotation2::new(-own.heading_rad), horizon_s }
+    pub(super) fn new(own: Pose, horizon_s: f64, swarm_rad_s: f64) -> Self {
+        Self { own, to_body: Rotation2::new(-own.heading_rad), horizon_s, swarm_rad_s }
     }
 
     fn seen(&self, place: Point2<f64>) -> Vector2<f64> {
@@ -58,9 +60,13 @@ impl Viewpoint {
     /// An aircraft that was sensed `age_s` ago.
     pub(super) fn aircraft(&self, sensed: &SensedAircraft, age_s: f64, separation_m: f64) -> Threat {
         let pose = Pose { position: sensed.position_m.into(), heading_rad: sensed.heading_rad };
-        let after = |time_s| pose.after(sensed.speed_m_s, sensed.turn_rate_rad_s, time_s).position;
+        // A momentary turn of a UAV that answers says nothing about the next seconds, but a turn of the whole swarm does.
+        // It reports no turn rate of its own.
+        let swarm_rad_s = if sensed.is_answering == 0 { 0.0 } else { self.swarm_rad_s };
+        let turn_rate_rad_s = sensed.turn_rate_rad_s + swarm_rad_s;
+        let after = |time_s| pose.after(sensed.speed_m_s, turn_rate_rad_s, time_s).position;
         let place = after(age_s);
-        let course = if sensed.turn_rate_rad_s == 0.0 {
+        let course = if turn_rate_rad_s == 0.0 {
             // Straight, as most aircraft are taken to fly: two places tell all others.
             let (here, step) = (self.seen(place), self.to_body * (after(age_s + 1.0) - place));
             Course::through(self.horizon_s, |time_s| here + step * time_s)

@@ -169,7 +169,13 @@ mod tests {
         assert_eq!(kept, expected);
         let shown_again: Vec<_> =
             taken_over.iter().filter(|message| message.tick == 480 && !was_logged(&whole, message)).collect();
-        for topic in [topics::FAULTS, topics::FORMATION_SCENE, topics::OBSTACLE_SCENE, topics::UAV_SCENE] {
+        for topic in [
+            topics::FAULTS,
+            topics::FORMATION_SCENE,
+            topics::OBSTACLE_SCENE,
+            topics::PATH_SCENE,
+            topics::UAV_SCENE,
+        ] {
             assert!(shown_again.iter().any(|message| message.topic == topic), "{topic}");
         }
         assert!(!part_of(&path).exists());
@@ -187,8 +193,8 @@ mod tests {
         let mut whole = recording(&path, &scenario);
         testing::observe(&mut whole, &frames);
         let report = second.report();
-        // Formation, obstacles and UAVs are shown once more; faults are due there in any case.
-        let messages = report.messages - 3;
+        // Formation, obstacles, path and UAVs are shown once more; faults are due there in any case.
+        let messages = report.messages - 4;
         assert_eq!(crate::RecorderReport { messages, ..report }, whole.report());
     }
 

@@ -130,6 +130,7 @@ impl LogWriter {
         self.write_lines(tick, events)?;
         self.write_some(self.channels.formation, tick, view.formation.as_ref())?;
         self.write_some(self.channels.obstacles, tick, view.obstacles.as_ref())?;
+        self.write_some(self.channels.path, tick, view.path.as_ref())?;
         self.write_some(self.channels.ring, tick, view.ring.as_ref())?;
         self.write_some(self.channels.trails, tick, view.trails.as_ref())?;
         self.write_some(self.channels.uav_scene, tick, view.uavs.as_ref())?;
@@ -391,7 +392,7 @@ mod tests {
             |tick: u32| seen.iter().filter(|m| m.tick == tick).map(|m| m.topic.clone()).collect::<Vec<_>>();
         assert!(seen.is_sorted_by_key(|message| (message.log_time, message.topic.clone())));
         assert_eq!(of_tick(0)[..5], ["/faults", "/geo/leader", "/geo/uavs", "/leader/pose", "/log"]);
-        assert_eq!(of_tick(0)[10..14], ["/swarm/metrics", "/swarm/state", "/tf", "/uav/001/control"]);
+        assert_eq!(of_tick(0)[11..15], ["/swarm/metrics", "/swarm/state", "/tf", "/uav/001/control"]);
         assert_eq!(of_tick(1).len(), 8);
         assert_eq!(seen.iter().filter(|message| message.topic == topics::LEADER_POSE).count(), 24);
         assert_eq!(seen[0].log_time, 1_767_225_600_000_000_000);
@@ -407,9 +408,9 @@ mod tests {
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         let found: Vec<_> =
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
-        assert!(found.is_sorted() && found.len() == 2019);
+        assert!(found.is_sorted() && found.len() == 2020);
         assert!(found.iter().zip(topics::ALL).all(|(found, named)| *found == named));
-        assert_eq!(found[17], "/uav/0001/control");
+        assert_eq!(found[18], "/uav/0001/control");
     }
 
     #[test]

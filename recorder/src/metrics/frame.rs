@@ -343,7 +343,8 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         |neighbour: Option<RingNeighbour>| neighbour.filter(|_| place.is_in).and_then(neighbour_distance);
     // The leader's true position at this tick, not what agents heard of it: errors include the delay of their data.
     let centre = samples.leader.map(|leader| Point2::from(leader.position_m));
-    let slot = centre.map(|centre| centre + place.offset);
+    let slot =
+        samples.leader.map(|leader| Point2::from(leader.position_m) + ring.slot_offset(uav.0, &leader));
     Some(TrueState {
         uav: uav.0,
         x_m: airframe.position.x,
@@ -428,6 +429,21 @@ mod tests {
             assert!(state.slot_error_m.unwrap() < 1e-9, "{number}");
             assert!((state.next_distance_m.unwrap() - 10.0).abs() < 1e-9, "{number}");
         }
+    }
+
+    #[test]
+    fn in_the_leaders_frame_slots_turn_with_its_heading() {
+        let mut scenario = testing::ring_of(4, 10.0);
+        scenario.formation.frame = ringwing_flight::FormationFrame::Leader;
+        let radius = scenario.formation().radius_m();
+        let mut samples = TickSamples::new(4);
+        let leader = testing::leader(0, [100.0, 0.0]);
+        samples.leader = Some(LeaderState { heading_rad: std::f64::consts::FRAC_PI_2, ..leader });
+        // The slot of UAV 1 lies behind the leader, which heads north.
+        samples.airframes[0] = Some((&testing::sensed(0, 1, [103.0, -radius])).into());
+        let mut frame = Frame::new(&scenario);
+        frame.refill(&samples, 100);
+        assert!((frame.uavs[0].state.unwrap().slot_error_m.unwrap() - 3.0).abs() < 1e-9);
     }
 
     #[test]

@@ -1,9 +1,18 @@
 //! V of Eq. (7) at the true states, and how often it rose although Theorem 1 says that it cannot.
 //!
+//! In a turn, V measures each heading against the velocity of the slot instead of the leader's, so it is 0 exactly while
+//! every UAV moves with its slot. The theorem assumes a leader that flies straight (Assumption 1), so rises of V count only
+//! then. Where the leader is at a tick follows from the scenario, because the log holds the leader less often.
+//!
 //! Must never share code with the agents' law: a mistake in the law must not hide in the code that judges the flight.
 //! A pair of neighbours counts if both fly on command; each of the two adds half of the pair's term.
 
-use super::{ControlTerms, Frame, TrueState, ring::RingNeighbour};
+use super::{
+    ControlTerms, Frame, TrueState,
+    ring::{RingNeighbour, RingPlace},
+};
+use nalgebra::Vector2;
+use ringwing_flight::{FormationFrame, LeaderPath, PathMotion, Tick};
 use ringwing_scenario::{Law, Scenario};
 
 /// Share of V that rounding may add in one tick. A smaller share counts rounding as a rise; a larger one hides slow rises.
@@ -14,8 +23,9 @@ const ROUNDING: f64 = 1e-9;
 pub(super) struct LyapunovWatch {
     formation_gain: f64,
     slot_gain: f64,
-    leader_speed_m_s: f64,
-    leader_heading_rad: f64,
+    leader: LeaderPath,
+    frame: FormationFrame,
+    rate_hz: u32,
     /// Whether the agents fly the law that the theorem is about.
     is_papers: bool,
     rises: u64,
@@ -37,8 +47,9 @@ impl LyapunovWatch {
         Self {
             formation_gain: scenario.control.formation_gain,
             slot_gain: scenario.control.slot_gain,
-            leader_speed_m_s: scenario.leader.speed_m_s,
-            leader_heading_rad: scenario.leader.heading_deg.to_radians(),
+            leader: scenario.leader_path(),
+            frame: scenario.formation.frame,
+            rate_hz: scenario.time.rate_hz,
             is_papers: scenario.control.law == Law::Paper,
             rises: 0,
             last: None,
@@ -47,7 +58,8 @@ impl LyapunovWatch {
 
     /// Takes the next frame, in which `commanded` UAVs fly on command; returns V.
     pub(super) fn observe(&mut self, frame: &Frame, commanded: u32) -> Option<f64> {
-        let value = self.candidate(frame).filter(|value| value.is_finite());
+        let leader = self.leader.at(Tick(frame.tick).seconds(self.rate_hz));
+        let value = self.candidate(frame, &leader).filter(|value| value.is_finite());
         let before = self.last.take();
         if let (Some(value_m2), Some(before)) = (value, before) {
             // V jumps when a UAV joins or leaves the formation, and what happened in a missing tick is unknown.
@@ -57,7 +69,7 @@ impl LyapunovWatch {
             // The commands of the tick before led to this V, so they decide whether the theorem applies.
             self.rises += u64::from(follows && before.proven && rose);
         }
-        let proven = self.is_papers && is_proven(frame);
+        let proven = self.is_papers && leader.turn_rate_rad_s == 0.0 && is_proven(frame);
         self.last = value.map(|value_m2| Last { tick: frame.tick, value_m2, commanded, proven });
         value
     }
@@ -68,7 +80,7 @@ impl LyapunovWatch {
     }
 
     /// V, or `None` if no UAV flies on command or a distance is unknown.
-    fn candidate(&self, frame: &Frame) -> Option<f64> {
+    fn candidate(&self, frame: &Frame, leader: &PathMotion) -> Option<f64> {
         let mut sum = None;
         for state in frame.all_commanded() {
             let place = frame.ring.place(state.uav);
@@ -80,7 +92,7 @@ impl LyapunovWatch {
                 [(place.previous, state.previous_distance_m), (place.next, state.next_distance_m)];
             let pairs: f64 = neighbours.into_iter().filter_map(stretch).sum();
             // A pair's term has weight 1/2, like those of the other distances; each of its two UAVs adds half of it.
-            *sum.get_or_insert(0.0) += 0.25 * pairs + self.share_of(state, place.radius_m)?;
+            *sum.get_or_insert(0.0) += 0.25 * pairs + self.share_of(state, place, leader)?;
         }
         sum
     }
@@ -90,11 +102,24 @@ impl LyapunovWatch {
     }
 
     /// The terms of V that depend on one UAV alone: its distance from the centre, its slot error and its heading.
-    fn share_of(&self, state: &TrueState, radius_m: f64) -> Option<f64> {
-        let centre = self.stretch(state.leader_distance_m?, radius_m);
+    fn share_of(&self, state: &TrueState, place: &RingPlace, leader: &PathMotion) -> Option<f64> {
+        let centre = self.stretch(state.leader_distance_m?, place.radius_m);
         let slot = self.slot_gain * state.slot_error_m?.powi(2);
-        let heading = self.leader_speed_m_s * (1.0 - libm::cos(state.heading_rad - self.leader_heading_rad));
+        let (speed_m_s, heading_rad) = self.slot_motion(place, leader);
+        let heading = speed_m_s * (1.0 - libm::cos(state.heading_rad - heading_rad));
         Some(0.5 * centre + 0.5 * slot + heading)
+    }
+
+    /// How fast the slot at `place` moves, and where it heads. Without a turn these are the leader's.
+    fn slot_motion(&self, place: &RingPlace, leader: &PathMotion) -> (f64, f64) {
+        let PathMotion { pose, speed_m_s, turn_rate_rad_s } = *leader;
+        if self.frame == FormationFrame::Fixed || turn_rate_rad_s == 0.0 {
+            return (speed_m_s, pose.heading_rad);
+        }
+        // In the leader's frame the slot is at rest but for the turn round the leader, which flies along x.
+        let turning = Vector2::new(-place.offset.y, place.offset.x) * turn_rate_rad_s;
+        let velocity = Vector2::new(speed_m_s, 0.0) + turning;
+        (velocity.norm(), pose.heading_rad + libm::atan2(velocity.y, velocity.x))
     }
 }
 
@@ -148,6 +173,33 @@ mod tests {
         assert_eq!(rises, [0, 1, 1]);
         watch.observe(&displaced(&scenario, 4, 9.0), 3);
         assert_eq!(watch.rises(), 1, "a tick is missing");
+    }
+
+    #[test]
+    fn in_a_turn_v_is_zero_while_every_uav_moves_with_its_slot_and_its_rises_do_not_count() {
+        for frame in [FormationFrame::Fixed, FormationFrame::Leader] {
+            let mut scenario = ring_of(4, 40.0);
+            scenario.leader.path.kind = ringwing_scenario::PathKind::Circle;
+            scenario.formation.frame = frame;
+            let mut watch = LyapunovWatch::new(&scenario);
+            let mut flown = at_rest(&scenario, 0);
+            let turn_rate_rad_s = 15.0 / 300.0;
+            for uav in &mut flown.uavs {
+                let state = uav.state.as_mut().unwrap();
+                let offset = Vector2::new(state.x_m, state.y_m);
+                // A slot on the circle of radius r round the leader moves at omega r, to the left of its bearing.
+                let round = frame.turn_rate_rad_s(turn_rate_rad_s) * offset.norm();
+                let bearing_rad = offset.y.atan2(offset.x);
+                let velocity = [15.0 - round * bearing_rad.sin(), round * bearing_rad.cos()];
+                state.heading_rad = velocity[1].atan2(velocity[0]);
+            }
+            assert!(watch.observe(&flown, 4).unwrap() < 1e-9, "{frame:?}");
+            let mut worse = flown.clone();
+            worse.tick = 1;
+            worse.uavs[0].state.as_mut().unwrap().slot_error_m = Some(3.0);
+            assert!(watch.observe(&worse, 4).unwrap() > 4.0);
+            assert_eq!(watch.rises(), 0);
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! the way there.
 
 use nalgebra::Vector2;
-use ringwing_flight::{LivingRing, Shape, UavId};
+use ringwing_flight::{FormationFrame, LeaderState, LivingRing, Shape, UavId};
 use ringwing_scenario::Scenario;
 
 /// The ring of the UAVs that fly on command; the whole ring where the scenario does not close it.
@@ -13,6 +13,7 @@ use ringwing_scenario::Scenario;
 pub struct FlownRing {
     living: LivingRing,
     closes: bool,
+    frame: FormationFrame,
     /// The place of each UAV, UAV 1 first. Kept, because the trigonometry of slots and distances takes longer than all other
     /// metrics, and the ring rarely changes.
     places: Vec<RingPlace>,
@@ -21,7 +22,7 @@ pub struct FlownRing {
 /// The place of one UAV in the ring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RingPlace {
-    /// From the formation's centre to the slot.
+    /// From the formation's centre to the slot, in the formation's frame.
     pub(super) offset: Vector2<f64>,
     /// Distance of the slot from the centre.
     pub(super) radius_m: f64,
@@ -47,7 +48,7 @@ impl FlownRing {
     pub fn new(scenario: &Scenario) -> Self {
         let living = scenario.whole_ring();
         let places = places(&living, scenario.formation.uavs);
-        Self { living, closes: scenario.control.ring_closes, places }
+        Self { living, closes: scenario.control.ring_closes, frame: scenario.formation.frame, places }
     }
 
     /// Makes it the ring of the UAVs whose numbers `is_commanded` holds for.
@@ -76,7 +77,21 @@ impl FlownRing {
         rests.all(|rest| (rest - first).abs() < 1e-6).then_some(first)
     }
 
-    /// The UAVs in the ring, by ascending number, each with the displacement from the centre to its slot.
+    /// The angle from the local frame to that of the formation, around this leader.
+    pub(crate) fn frame_rad(&self, leader: &LeaderState) -> f64 {
+        match self.frame {
+            FormationFrame::Fixed => 0.0,
+            FormationFrame::Leader => leader.heading_rad,
+        }
+    }
+
+    /// The displacement from this leader to the slot of UAV `number`, in the local frame.
+    pub(super) fn slot_offset(&self, number: u32, leader: &LeaderState) -> Vector2<f64> {
+        self.frame.placed(self.place(number).offset, leader.heading_rad)
+    }
+
+    /// The UAVs in the ring, by ascending number, each with the displacement from the centre to its slot, in the formation's
+    /// frame.
     pub(crate) fn slots(&self) -> impl Iterator<Item = (u32, Vector2<f64>)> {
         self.members().map(|(number, place)| (number, place.offset))
     }

@@ -20,6 +20,8 @@ pub const LOG: &str = "/log";
 pub const FORMATION_SCENE: &str = "/scene/formation";
 /// The obstacles, in 3D.
 pub const OBSTACLE_SCENE: &str = "/scene/obstacles";
+/// The leader's path, in 3D.
+pub const PATH_SCENE: &str = "/scene/path";
 /// The links of the ring, in 3D.
 pub const RING_SCENE: &str = "/scene/ring";
 /// The trails of the UAVs, in 3D.
@@ -38,7 +40,7 @@ pub const TIMING: &str = "/timing";
 pub const TIMING_PERCENTILES: &str = "/timing/percentiles";
 
 /// All topics but those of single UAVs, in the order in which the log has its channels.
-pub const ALL: [&str; 17] = [
+pub const ALL: [&str; 18] = [
     EVENTS,
     FAULTS,
     LEADER_FIX,
@@ -48,6 +50,7 @@ pub const ALL: [&str; 17] = [
     LOG,
     FORMATION_SCENE,
     OBSTACLE_SCENE,
+    PATH_SCENE,
     RING_SCENE,
     TRAIL_SCENE,
     UAV_SCENE,
@@ -126,7 +129,7 @@ mod tests {
 
     #[test]
     fn topics_sort_in_the_order_of_their_channels() {
-        assert!(ALL.is_sorted() && ALL[16] < UavTopic::Control.name(1, 6).as_str());
+        assert!(ALL.is_sorted() && ALL[17] < UavTopic::Control.name(1, 6).as_str());
         assert!(UavTopic::State.name(9, 1000) < UavTopic::Control.name(10, 1000));
     }
 

@@ -67,7 +67,7 @@ impl<'a> ShownLog<'a> {
 }
 
 fn reach_m(scenario: &Scenario) -> f64 {
-    let leader = Point2::from(scenario.leader.start_m);
+    let leader = scenario.leader_start().position;
     let distances = starts(scenario).map(|start| (start - leader).norm());
     distances.fold(scenario.formation().reach_m(), f64::max)
 }

@@ -13,7 +13,7 @@ mod trails;
 pub(crate) use craft::CraftScene;
 pub(crate) use movers::{Mover, movers, obstacle_frame};
 pub(crate) use ring::ring;
-pub(crate) use surroundings::{formation, obstacles};
+pub(crate) use surroundings::{formation, leader_path, obstacles};
 pub(crate) use trails::Trails;
 
 use super::palette::Rgb;
@@ -23,11 +23,11 @@ use foxglove::messages::{
     SceneEntityDeletion, SceneUpdate, TextPrimitive, Vector3, line_primitive, scene_entity_deletion,
 };
 use nalgebra::Point2;
-use ringwing_flight::LeaderState;
+use ringwing_flight::{LeaderState, turned as turned_by};
 
 /// The fixed coordinate frame of the scenario.
 pub(crate) const MAP: &str = "map";
-/// The coordinate frame that moves with the leader. Like the formation it never turns.
+/// The coordinate frame that moves with the leader, and turns with it if the formation does.
 pub(crate) const LEADER: &str = "leader";
 
 /// The coordinate frame of UAV number `uav` in a swarm of `count`.
@@ -47,7 +47,9 @@ pub(crate) fn transforms(frame: &Frame, movers: &[Mover], clock: Clock) -> Frame
         rotation: Some(turned(heading_rad)),
     };
     // All frames in one message: after a seek, a viewer has only the last message of a topic.
-    let leader = frame.leader.iter().map(|leader| transform(LEADER.into(), leader.position_m, 0.0));
+    let turned_rad = |leader| frame.ring.frame_rad(leader);
+    let leader =
+        frame.leader.iter().map(|leader| transform(LEADER.into(), leader.position_m, turned_rad(leader)));
     let uavs = frame.uavs.iter().filter_map(|uav| uav.state.as_ref());
     let uavs = uavs.map(|uav| transform(uav_frame(uav.uav, count), [uav.x_m, uav.y_m], uav.heading_rad));
     let movers = movers.iter().map(|mover| mover.transform(frame.tick, clock));
@@ -123,9 +125,9 @@ fn flat(x: f64, y: f64) -> Point3 {
     Point3 { x, y, z: 0.0 }
 }
 
-/// `place` in the leader's coordinate frame.
-fn relative_to(place: Point2<f64>, leader: &LeaderState) -> Point2<f64> {
-    Point2::new(place.x - leader.position_m[0], place.y - leader.position_m[1])
+/// `place` in the leader's coordinate frame, which is turned by `frame_rad`.
+fn relative_to(place: Point2<f64>, leader: &LeaderState, frame_rad: f64) -> Point2<f64> {
+    turned_by(place - Point2::from(leader.position_m), -frame_rad).into()
 }
 
 #[cfg(test)]

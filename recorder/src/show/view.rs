@@ -15,7 +15,7 @@ use crate::{
     schema::{Faults, SwarmMetrics, SwarmState, TimingPercentiles},
 };
 use foxglove::messages::{FrameTransforms, GeoJson, LocationFix, Pose, PoseInFrame, SceneUpdate, Vector3};
-use ringwing_flight::{Event, LeaderState, LivingRing, TickTiming};
+use ringwing_flight::{Event, LeaderPath, LeaderState, LivingRing, TickTiming};
 use ringwing_scenario::Scenario;
 
 // Messages per simulated second. Raw states are logged every tick; higher rates here only make the log larger, and
@@ -44,6 +44,7 @@ pub(crate) struct TickView {
     pub(crate) leader_pose: Option<PoseInFrame>,
     pub(crate) formation: Option<SceneUpdate>,
     pub(crate) obstacles: Option<SceneUpdate>,
+    pub(crate) path: Option<SceneUpdate>,
     pub(crate) ring: Option<SceneUpdate>,
     pub(crate) trails: Option<SceneUpdate>,
     pub(crate) uavs: Option<SceneUpdate>,
@@ -60,6 +61,7 @@ pub(crate) struct Viewer {
     /// L of the whole ring, m.
     spacing_m: f64,
     scenario: Scenario,
+    path: LeaderPath,
     movers: Vec<Mover>,
     earth: Earth,
     /// Whether the ring closes after a loss, so that links skip the lost UAVs.
@@ -84,6 +86,7 @@ impl Viewer {
             clock,
             spacing_m: formation.spacing_m(),
             scenario: scenario.clone(),
+            path: scenario.leader_path(),
             movers: scene::movers(scenario),
             earth: Earth::new(scenario),
             stale_s: scenario.airframe.command_timeout_s,
@@ -128,6 +131,8 @@ impl Viewer {
             // What never changes is written once: a viewer that seeks shows the last message of every topic before
             // that time.
             obstacles: is_first.then(|| scene::obstacles(&self.scenario, clock, tick)),
+            path: is_first
+                .then(|| scene::leader_path(&self.path, self.scenario.time.duration_s, clock, tick)),
             ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
             trails: due(TRAILS_HZ).map(|()| self.trails.scene(frame)),
             uavs: self.craft.scene(frame, &self.watch, clock),
@@ -198,6 +203,7 @@ mod tests {
         assert_eq!(views[0].faults.as_ref().unwrap().summary, "none");
         assert_eq!((count(|v| v.faults.is_some()), count(|v| v.uavs.is_some())), (2, 1));
         assert_eq!((count(|v| v.formation.is_some()), count(|v| v.obstacles.is_some())), (1, 1));
+        assert_eq!(count(|v| v.path.is_some()), 1);
         assert_eq!((count(|v| v.transforms.is_some()), count(|v| v.metrics.is_some())), (40, 40));
         assert_eq!((count(|v| v.ring.is_some()), count(|v| v.trails.is_some())), (10, 2));
         assert_eq!((count(|v| v.map.is_some()), count(|v| v.leader_fix.is_some())), (2, 2));

@@ -25,6 +25,9 @@ pub struct ControlSection {
     pub gain_reach_spacings: f64,
     /// Limit the formation force to the leader's speed, so that a UAV ahead of its slot waits instead of turning back.
     pub force_limited: bool,
+    /// Fly the velocity and turn rate of the slot, as the leader's turn makes them, instead of the leader's. On a straight
+    /// path the two are the same.
+    pub turn_feed_forward: bool,
     /// Close the ring after a loss and open it on a return, as [`MembershipSection`] says.
     pub ring_closes: bool,
     /// Depart from the law's wish where its path is not clear of other aircraft and obstacles, as [`SafetySection`] says.
@@ -46,6 +49,7 @@ impl Default for ControlSection {
             trust_fades,
             gain_fades,
             force_limited,
+            turn_feed_forward,
             ring_closes,
             collision_filter,
         } = Law::Paper.switches();
@@ -57,6 +61,7 @@ impl Default for ControlSection {
             gain_fades,
             gain_reach_spacings: 0.5,
             force_limited,
+            turn_feed_forward,
             ring_closes,
             collision_filter,
             // G of Section 4.1. The paper gives no k: below 40 a UAV hits obstacle 2 of Section 4.2, and a much larger
@@ -97,6 +102,7 @@ impl Law {
             trust_fades: on,
             gain_fades: on,
             force_limited: on,
+            turn_feed_forward: on,
             ring_closes: on,
             // Off under both laws: in a few flights two UAVs that avoid each other keep each other from their slots.
             collision_filter: false,
@@ -116,6 +122,8 @@ pub struct LawSwitches {
     pub gain_fades: bool,
     /// See [`ControlSection::force_limited`].
     pub force_limited: bool,
+    /// See [`ControlSection::turn_feed_forward`].
+    pub turn_feed_forward: bool,
     /// See [`ControlSection::ring_closes`].
     pub ring_closes: bool,
     /// See [`ControlSection::collision_filter`].

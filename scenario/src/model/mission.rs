@@ -1,7 +1,7 @@
 //! The mission of the swarm: time, formation, leader and requirements.
 
 use nalgebra::Vector2;
-use ringwing_flight::{Formation, Shape};
+use ringwing_flight::{Formation, FormationFrame, Shape, TrackPoint, Turn};
 use serde::{Deserialize, Serialize};
 
 /// `[time]`: length and time step of the flight.
@@ -34,9 +34,11 @@ pub struct FormationSection {
     pub shape: ShapeName,
     /// L, the distance between neighbouring slots.
     pub spacing_m: f64,
-    /// alpha, the bearing of slot 1 of a ring from the centre. The others follow clockwise. Every shape points the
-    /// opposite way.
+    /// alpha, the bearing of slot 1 of a ring from the centre, in [`FormationSection::frame`]. The others follow
+    /// clockwise. Every shape points the opposite way.
     pub bearing_deg: f64,
+    /// Whether the formation keeps its bearing, or turns with the leader's heading.
+    pub frame: FormationFrame,
     /// Of a vee or an echelon: the angle by which an arm lies behind the line across.
     pub sweep_deg: f64,
     /// Of an ellipse: its width divided by its length.
@@ -146,6 +148,7 @@ impl Default for FormationSection {
             shape: ShapeName::Ring,
             spacing_m: 40.0,
             bearing_deg: 180.0,
+            frame: FormationFrame::Fixed,
             // With less, the formation is wider and with more it is longer: both take longer to form from drawn starts.
             sweep_deg: 45.0,
             aspect: 1.5,
@@ -157,23 +160,87 @@ impl Default for FormationSection {
     }
 }
 
-/// `[leader]`: the virtual leader, which flies in a straight line at constant speed (Assumption 1).
+/// `[leader]`: the virtual leader. Assumption 1 lets it fly straight at constant speed; other paths are beyond the paper.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LeaderSection {
-    /// Position at time 0.
+    /// Its position at time 0. A track says that itself.
     pub start_m: [f64; 2],
-    /// `theta_d`.
+    /// `theta_d` at time 0. Waypoints and tracks say that themselves.
     pub heading_deg: f64,
-    /// `v_d`.
+    /// `v_d`. A track says that itself.
     pub speed_m_s: f64,
+    /// Where it flies.
+    pub path: PathSection,
 }
 
 impl Default for LeaderSection {
     fn default() -> Self {
         // The speed and heading of Section 4, which gives no start.
-        Self { start_m: [0.0, 0.0], heading_deg: 0.0, speed_m_s: 15.0 }
+        Self { start_m: [0.0, 0.0], heading_deg: 0.0, speed_m_s: 15.0, path: PathSection::default() }
     }
+}
+
+/// `[leader.path]`: where the leader flies from its start on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PathSection {
+    /// Which of the paths it is. The other keys have an effect only for the kinds that they name.
+    pub kind: PathKind,
+    /// rho, the radius of every turn: of a circle, figure eight, racetrack, or of the arcs at waypoints.
+    pub radius_m: f64,
+    /// The side of the first turn of a circle, figure eight or racetrack.
+    pub turn: Turn,
+    /// Length of each straight of a racetrack.
+    pub length_m: f64,
+    /// The file of a track: CSV with a time and a place on each line. Empty if the points are listed.
+    pub file: String,
+    /// The waypoints, in order.
+    pub waypoints: Vec<WaypointSection>,
+    /// The points of a track, in order of time; those of the file, if there is one.
+    pub points: Vec<TrackPoint>,
+}
+
+impl Default for PathSection {
+    fn default() -> Self {
+        Self {
+            kind: PathKind::Straight,
+            // At 15 m/s a turn of 0.05 rad/s, a tenth of what the paper's airframes can do. A ring of six that turns with
+            // its leader is between 13 and 17 m/s fast on it.
+            radius_m: 300.0,
+            turn: Turn::Left,
+            length_m: 600.0,
+            file: String::new(),
+            waypoints: Vec::new(),
+            points: Vec::new(),
+        }
+    }
+}
+
+/// The paths of a leader.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathKind {
+    /// Straight on for ever (Assumption 1).
+    Straight,
+    /// Round one circle.
+    Circle,
+    /// Round two circles that touch at the start.
+    FigureEight,
+    /// Round two straights that half circles join.
+    Racetrack,
+    /// Past waypoints, with an arc at each corner, and straight on after the last one.
+    Waypoints,
+    /// Through places at given times, and straight on after the last one.
+    Track,
+}
+
+/// `[[leader.path.waypoints]]`: a corner of the path.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WaypointSection {
+    /// Its place.
+    pub position_m: [f64; 2],
 }
 
 /// `[requirements]`: what the flight must achieve. A key that is left out requires nothing, except that no process may be

@@ -7,6 +7,7 @@
 
 mod airframe;
 mod control;
+mod leader_path;
 mod mission;
 mod process;
 mod start;
@@ -14,8 +15,10 @@ mod surroundings;
 
 pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
 pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection, SafetySection};
+pub use leader_path::LeaderStart;
 pub use mission::{
-    Assignment, FormationSection, LeaderSection, OffsetSection, RequirementsSection, ShapeName, TimeSection,
+    Assignment, FormationSection, LeaderSection, OffsetSection, PathKind, PathSection, RequirementsSection,
+    ShapeName, TimeSection, WaypointSection,
 };
 pub use process::{IpcSection, SupervisionSection, Wake};
 pub use start::{DrawSection, StartSection, StartState};

@@ -1,9 +1,11 @@
 //! The example: a scenario in which every key has a value. It tells which keys exist and which type each has.
 
 use crate::{
-    Fault, FormationSection, IntruderSection, ObstacleFieldSection, ObstacleSection, OffsetSection,
-    RequirementsSection, Scenario, StartSection, StartState, key,
+    Fault, FormationSection, IntruderSection, LeaderSection, ObstacleFieldSection, ObstacleSection,
+    OffsetSection, PathSection, RequirementsSection, Scenario, StartSection, StartState, WaypointSection,
+    key,
 };
+use ringwing_flight::TrackPoint;
 use std::sync::LazyLock;
 use toml::{
     Spanned,
@@ -78,6 +80,14 @@ pub fn scenario() -> Scenario {
             waypoints_m: vec![[400.0, 0.0], [600.0, 100.0]],
             repeat: true,
         }],
+        leader: LeaderSection {
+            path: PathSection {
+                waypoints: vec![WaypointSection { position_m: [600.0, 0.0] }],
+                points: vec![TrackPoint { time_s: 0.0, position_m: [0.0, 0.0] }],
+                ..PathSection::default()
+            },
+            ..LeaderSection::default()
+        },
         faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("the example of a fault parses")],
         ..Scenario::default()
     }

@@ -83,7 +83,10 @@ mod tests {
         assert_eq!(unknown("", "airframes"), "no such key; did you mean airframe?");
         assert_eq!(unknown("", "uavs"), "no such key; did you mean formation.uavs?");
         assert_eq!(unknown("", "duration"), "no such key; did you mean time.duration_s, in s?");
-        assert_eq!(unknown("time", "wind"), "no such key; the keys here are duration_s, rate_hz, real_time");
+        assert_eq!(
+            unknown("time", "weather"),
+            "no such key; the keys here are duration_s, rate_hz, real_time"
+        );
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod source;
 mod syntax;
 #[cfg(test)]
 mod tests;
+mod track_file;
 mod tree;
 
 pub use example::{keys, scenario as example_scenario};
@@ -25,16 +26,17 @@ pub use setting::Setting;
 pub use source::Source;
 
 use crate::{
-    Fault, Scenario, fault_check,
-    validate::{self, Violation},
+    Fault, PathKind, Scenario, fault_check,
+    validate::{self, Blame, Violation},
 };
 use origin::Origins;
 use serde::Deserialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::{
     Spanned,
     de::{DeTable, DeValue, Error, ValueDeserializer},
 };
+use track_file::TrackFile;
 use tree::lookup;
 
 type Tree<'a> = Spanned<DeValue<'a>>;
@@ -151,6 +153,8 @@ struct ScenarioReader<'s> {
     wrong_keys: Vec<String>,
     /// Where each fault of the scenario was written.
     fault_places: Vec<Place>,
+    /// The file that the points of the leader's track come from.
+    track_file: Option<TrackFile>,
 }
 
 impl<'s> ScenarioReader<'s> {
@@ -163,6 +167,7 @@ impl<'s> ScenarioReader<'s> {
             problems: Vec::new(),
             wrong_keys: Vec::new(),
             fault_places: Vec::new(),
+            track_file: None,
         }
     }
 
@@ -189,6 +194,7 @@ impl<'s> ScenarioReader<'s> {
         }
         let mut scenario = self.deserialize(tree, given.get_ref())?;
         self.read_delay_files(&mut scenario, given.get_ref());
+        self.read_track_file(&mut scenario, given.get_ref());
         self.validate(&scenario, given.get_ref());
         Some(scenario)
     }
@@ -284,22 +290,47 @@ impl<'s> ScenarioReader<'s> {
     }
 
     /// Replaces the delay files that faults name by their content, and notes where each fault was written.
-    ///
-    /// A path in a file counts from the folder of that file, and one in an override from the working folder, as in any
-    /// other argument.
     fn read_delay_files(&mut self, scenario: &mut Scenario, given: &DeValue<'_>) {
-        let folder = self.source.folder();
         for (index, fault) in scenario.faults.iter_mut().enumerate() {
             let key = format!("faults.{index}.do");
             let position = lookup(given, &key).position;
             let place = position.map_or(Place::Scenario, |position| self.origins.place(position));
-            let is_override = matches!(place, Place::Setting(_));
+            let folder = self.folder_at(&place);
             self.fault_places.push(place);
-            let folder = if is_override { Path::new("") } else { &*folder };
-            if let Err(message) = fault.action.load_delays(folder) {
+            if let Err(message) = fault.action.load_delays(&folder) {
                 self.report(position, Some(key), message);
             }
         }
+    }
+
+    /// Replaces the file of the leader's track by its points.
+    fn read_track_file(&mut self, scenario: &mut Scenario, given: &DeValue<'_>) {
+        const KEY: &str = "leader.path.file";
+        let path = &mut scenario.leader.path;
+        if path.kind != PathKind::Track || path.file.is_empty() {
+            return;
+        }
+        let position = lookup(given, KEY).position;
+        let place = position.map_or(Place::Scenario, |position| self.origins.place(position));
+        let read = if path.points.is_empty() {
+            TrackFile::read(&self.folder_at(&place).join(&path.file))
+        } else {
+            Err("there is a file and a list of points: give one of the two".into())
+        };
+        match read {
+            Ok(file) => {
+                path.points.clone_from(&file.points);
+                path.file.clear();
+                self.track_file = Some(file);
+            }
+            Err(message) => self.report(position, Some(KEY.into()), message),
+        }
+    }
+
+    /// The folder from which a path counts that was written at `place`: in a file from the folder of that file, and in an
+    /// override from the working folder, as in any other argument.
+    fn folder_at(&self, place: &Place) -> PathBuf {
+        if matches!(place, Place::Setting(_)) { PathBuf::new() } else { self.source.folder() }
     }
 
     fn validate(&mut self, scenario: &Scenario, given: &DeValue<'_>) {
@@ -321,8 +352,17 @@ impl<'s> ScenarioReader<'s> {
         };
         // `max_by_key` takes the last of equals, and the first is the preferred one.
         if let Some(blame) = violation.blames.into_iter().rev().max_by_key(|blame| rank(&blame.key)) {
-            self.report(lookup(given, &blame.key).position, Some(blame.key), blame.message);
+            let (key, message) = self.in_track_file(blame);
+            self.report(lookup(given, &key).position, Some(key), message);
         }
+    }
+
+    /// The key and the message of `blame`. A point that comes from a file is blamed at its line there.
+    fn in_track_file(&self, Blame { key, message }: Blame) -> (String, String) {
+        let rest = key.strip_prefix("leader.path.points");
+        let Some((file, rest)) = self.track_file.as_ref().zip(rest) else { return (key, message) };
+        let index = rest.trim_start_matches('.').split('.').next().and_then(|index| index.parse().ok());
+        ("leader.path.file".into(), format!("{}: {message}", file.line(index.unwrap_or(usize::MAX))))
     }
 
     /// Whether `key` or a section around it has been reported.

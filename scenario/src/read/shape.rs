@@ -250,9 +250,9 @@ mod tests {
     #[test]
     fn a_section_of_a_list_must_have_every_key() {
         assert_eq!(
-            mismatches("[[start.uavs]]\nheading_deg = 1\nspeed_m_s = 15\nturn = 2"),
+            mismatches("[[start.uavs]]\nheading_deg = 1\nspeed_m_s = 15\nbank = 2"),
             [
-                "start.uavs.0.turn: no such key; the keys here are heading_deg, position_m, speed_m_s",
+                "start.uavs.0.bank: no such key; the keys here are heading_deg, position_m, speed_m_s",
                 "start.uavs.0.position_m: missing: give two numbers of metres, such as [900.0, 42.0]",
             ]
         );

@@ -353,3 +353,53 @@ fn a_warning_names_the_line_or_the_flag_of_a_fault_that_can_have_no_effect() {
         ]
     );
 }
+
+#[test]
+fn a_track_file_becomes_part_of_the_scenario_and_its_errors_have_both_lines() {
+    let folder = std::env::temp_dir().join(format!("ringwing-track-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let source = Source {
+        name: folder.join("lead.toml").display().to_string(),
+        text: "[leader.path]\nkind = \"track\"\nfile = \"track.csv\"\n".into(),
+    };
+    let error = |csv: &str| {
+        std::fs::write(folder.join("track.csv"), csv).unwrap();
+        Scenario::read(&source, &[]).unwrap_err().to_string()
+    };
+    let place = format!("{0}/lead.toml:3: leader.path.file: path file \"{0}/track.csv\"", folder.display());
+    for (csv, problem) in [
+        ("time_s,x_m,y_m\n0,0,0\n4,sixty,0\n", ", line 3: x_m \"sixty\" is not a number"),
+        ("time_s,x_m,y_m\n0,0,0\n# half way\n4,60,0\n3,80,0\n", ", line 5: 3 s is not after 4 s"),
+        ("time_s,x_m,y_m\n0,0,0\n", ": a track needs two points or more"),
+        ("time_s,x_m,y_m\n0,0,0\n4,60,0\n8,60,60\n", ", line 2: at 3.00 s every UAV would fly at"),
+    ] {
+        let error = error(csv);
+        assert!(error.starts_with(&format!("{place}{problem}")), "{csv}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+    std::fs::write(folder.join("track.csv"), "time_s,x_m,y_m\n0,5,0\n4,65,0\n9,140,0\n").unwrap();
+    let scenario = Scenario::read(&source, &[]).unwrap();
+    assert_eq!((scenario.leader.path.points.len(), &*scenario.leader.path.file), (3, ""));
+    assert_eq!(scenario.leader_start().position.x, 5.0);
+    assert_eq!(Scenario::resolved(&scenario.to_toml()).unwrap(), scenario, "the log needs no other file");
+    std::fs::remove_file(folder.join("track.csv")).unwrap();
+    let gone = Scenario::read(&source, &[]).unwrap_err().to_string();
+    assert!(gone.starts_with(&place) && gone.lines().count() == 1, "{gone}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_path_that_the_airframes_cannot_follow_is_blamed_on_what_was_set() {
+    let error = read("[leader.path]\nkind = \"circle\"\nradius_m = 20.0\n", &[]).unwrap_err().to_string();
+    assert!(
+        error.starts_with("wind.toml:3: leader.path.radius_m: in a turn of 20 m at 15 m/s every UAV"),
+        "{error}"
+    );
+    let text = "[leader.path]\nkind = \"circle\"\nradius_m = 150.0\n";
+    let error = read(text, &["formation.frame=leader"]).unwrap_err().to_string();
+    assert!(
+        error.starts_with("--set formation.frame=leader: formation.frame: in a turn of 150 m"),
+        "{error}"
+    );
+    assert!(error.ends_with("give a radius of at least 200 m"), "{error}");
+}

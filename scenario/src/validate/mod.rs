@@ -4,14 +4,15 @@
 
 mod formation;
 mod intruders;
+mod leader_path;
 mod places;
 #[cfg(test)]
 mod tests;
 mod violation;
 
-pub(crate) use violation::Violation;
+pub(crate) use violation::{Blame, Violation};
 
-use crate::{Fault, Scenario, fault_check::too_slow};
+use crate::{Fault, PathKind, Scenario, fault_check::too_slow};
 use ringwing_flight::payload::MAX_UAVS;
 use violation::{CheckedQuantity, quantity};
 
@@ -55,6 +56,7 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(safety(scenario));
     violations.extend(sensing(scenario));
     violations.extend(leader(scenario));
+    violations.extend(leader_path::leader_path(scenario));
     violations.extend(airframe(scenario));
     violations.extend(georeference(scenario));
     violations.extend(supervision(scenario));
@@ -196,13 +198,15 @@ fn shorter_than(time: CheckedQuantity<'_>, ticks: u32, scenario: &Scenario) -> O
 fn leader(scenario: &Scenario) -> impl Iterator<Item = Violation> {
     let Scenario { leader, airframe, .. } = scenario;
     let speed = quantity("leader.speed_m_s", leader.speed_m_s);
-    [
-        angle("leader.heading_deg", leader.heading_deg),
-        quantity("airframe.speed_min_m_s", airframe.speed_min_m_s).at_most(speed),
-        speed.at_most(quantity("airframe.speed_max_m_s", airframe.speed_max_m_s)),
-    ]
-    .into_iter()
-    .flatten()
+    // A track has its own speeds, which are checked with it.
+    let has_speed = leader.path.kind != PathKind::Track;
+    let speeds = has_speed.then(|| {
+        [
+            quantity("airframe.speed_min_m_s", airframe.speed_min_m_s).at_most(speed),
+            speed.at_most(quantity("airframe.speed_max_m_s", airframe.speed_max_m_s)),
+        ]
+    });
+    angle("leader.heading_deg", leader.heading_deg).into_iter().chain(speeds.into_iter().flatten().flatten())
 }
 
 fn airframe(scenario: &Scenario) -> impl Iterator<Item = Violation> {

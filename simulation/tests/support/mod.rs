@@ -34,13 +34,13 @@ pub(crate) fn with_faults(mut scenario: Scenario, sentences: &[&str]) -> Scenari
 
 /// `scenario` with every UAV in its slot at the start, flying like the leader.
 pub(crate) fn at_rest(mut scenario: Scenario) -> Scenario {
-    let (formation, leader) = (scenario.formation(), scenario.leader.clone());
+    let leader = scenario.leader_start();
     let start = |number| StartState {
-        position_m: formation.slot(number, leader.start_m.into()).into(),
+        position_m: scenario.start_slot(number).into(),
         heading_deg: leader.heading_deg,
         speed_m_s: leader.speed_m_s,
     };
-    scenario.start.uavs = (1..=formation.count()).map(start).collect();
+    scenario.start.uavs = (1..=scenario.formation.uavs).map(start).collect();
     scenario
 }
 

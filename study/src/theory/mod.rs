@@ -11,6 +11,7 @@ mod nyquist;
 mod stiffness;
 
 use nyquist::is_stable;
+use ringwing_flight::FormationFrame;
 use ringwing_scenario::{DeadReckoning, Scenario};
 use stiffness::{Stiffness, rest};
 
@@ -87,10 +88,14 @@ impl Linearised {
     pub fn of(scenario: &Scenario) -> Self {
         let (control, formation) = (&scenario.control, &scenario.formation);
         let reach_m = control.gain_reach_spacings * formation.spacing_m;
+        let bearing_deg = match formation.frame {
+            FormationFrame::Fixed => formation.bearing_deg - scenario.leader.heading_deg,
+            FormationFrame::Leader => formation.bearing_deg,
+        };
         Self {
             uavs: formation.uavs,
             spacing_m: formation.spacing_m,
-            bearing_rad: (formation.bearing_deg - scenario.leader.heading_deg).to_radians(),
+            bearing_rad: bearing_deg.to_radians(),
             formation_gain: control.formation_gain,
             slot_gain: control.slot_gain,
             heading_gain_rad_per_m: control.heading_gain_rad_per_m,

@@ -5,13 +5,15 @@ use crate::{
     schema::topics,
     show::{palette, scene::obstacle_frame},
 };
+use nalgebra::Point2;
 use ringwing_scenario::{ObstacleSection, Scenario};
 use serde_json::{Map, Value, json};
 
 /// Topics of the 3D panel. Viewers hide topics that a layout does not list.
-const SCENES: [&str; 5] = [
+const SCENES: [&str; 6] = [
     topics::FORMATION_SCENE,
     topics::OBSTACLE_SCENE,
+    topics::PATH_SCENE,
     topics::RING_SCENE,
     topics::TRAIL_SCENE,
     topics::UAV_SCENE,
@@ -19,6 +21,8 @@ const SCENES: [&str; 5] = [
 /// Distance of the camera as a multiple of the largest distance from the leader at the start. A smaller one cuts off the
 /// last aircraft in the first view; a larger one makes the formed ring too small.
 const START_VIEW: f64 = 2.6;
+/// Places at which the extent of the leader's path is measured. Between fewer, a wide turn could leave the grid.
+const EXTENT_PLACES: u32 = 200;
 /// Most lines of the grid in each direction. More lines hide what lies on them.
 const GRID_LINES: f64 = 120.0;
 
@@ -114,15 +118,13 @@ fn leader_arrow(scenario: &Scenario) -> Value {
 /// A grid under the whole flight, with squares of the spacing L or a multiple of it.
 fn grid(scenario: &Scenario) -> Value {
     let formation = scenario.formation();
-    // The leader's path as a straight line, with a margin around the formation.
-    let way_m = scenario.leader.speed_m_s * scenario.time.duration_s;
+    // The leader's path, with a margin around the formation.
+    let (middle, way_m) = extent(scenario);
     let wanted_m = way_m + 12.0 * formation.reach_m();
     // A multiple of L, so that distances can be read off the squares, and large enough to need no more than
     // `GRID_LINES`.
     let square_m = formation.spacing_m() * (wanted_m / formation.spacing_m() / GRID_LINES).ceil();
     let lines = (wanted_m / square_m).ceil();
-    let ahead = ringwing_flight::direction(scenario.leader.heading_deg.to_radians()) * (way_m / 2.0);
-    let [x, y] = scenario.leader.start_m;
     json!({
         "layerId": "foxglove.Grid",
         "instanceId": "grid",
@@ -134,8 +136,20 @@ fn grid(scenario: &Scenario) -> Value {
         "lineWidth": 1,
         "color": "#5b657366",
         // Below the ground: in one plane with circles and links, the grid would flicker through them.
-        "position": [x + ahead.x, y + ahead.y, -0.1],
+        "position": [middle.x, middle.y, -0.1],
         "rotation": [0, 0, 0],
         "order": 1,
     })
+}
+
+/// The middle of the leader's path and its largest extent, in metres.
+fn extent(scenario: &Scenario) -> (Point2<f64>, f64) {
+    let path = scenario.leader_path();
+    let places: Vec<_> = path.places(scenario.time.duration_s, EXTENT_PLACES).collect();
+    let bound = |pick: fn(f64, f64) -> f64, axis: usize| {
+        places.iter().map(|place| place[axis]).fold(places[0][axis], pick)
+    };
+    let (low, high) = ([0, 1].map(|axis| bound(f64::min, axis)), [0, 1].map(|axis| bound(f64::max, axis)));
+    let (low, high) = (Point2::from(low), Point2::from(high));
+    (nalgebra::center(&low, &high), (high - low).norm())
 }

@@ -21,13 +21,15 @@ const PIXELS: f64 = 3.0;
 /// `stale_s` or older have the colour of alarm.
 pub(crate) fn ring(frame: &Frame, closes: bool, stale_s: f64, clock: Clock) -> Option<SceneUpdate> {
     let leader = frame.leader?;
+    let frame_rad = frame.ring.frame_rad(&leader);
     let mut links = line(LineList, Vec::new(), PIXELS, palette::CALM, 1.0);
     let is_in = |uav: &&UavFrame| !closes || uav.state.as_ref().is_some_and(TrueState::is_commanded);
     let members: Vec<&UavFrame> = frame.round_the_ring().filter(is_in).collect();
     for (one, next) in members.iter().zip(members.iter().cycle().skip(1)) {
         // No link ends where there is no airframe.
         let (Some(here), Some(there)) = (&one.state, &next.state) else { continue };
-        let (from, to) = (relative_to(here.position(), &leader), relative_to(there.position(), &leader));
+        let relative = |state: &TrueState| relative_to(state.position(), &leader, frame_rad);
+        let (from, to) = (relative(here), relative(there));
         let middle = nalgebra::center(&from, &to);
         let next_age_s = one.control.as_ref().and_then(|control| control.next_age_s);
         let previous_age_s = next.control.as_ref().and_then(|control| control.previous_age_s);

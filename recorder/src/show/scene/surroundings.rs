@@ -1,7 +1,7 @@
-//! Draws what rarely changes: obstacles and intruders, and the formation that moves with the leader.
+//! Draws what rarely changes: obstacles and intruders, the leader's path, and the formation that moves with the leader.
 //!
-//! Never knows where UAVs are. Obstacles and intruders are drawn once, the formation again when the ring of living UAVs changes.
-//! An intruder, or an obstacle that moves, has a coordinate frame of its own, which `/tf` moves.
+//! Never knows where UAVs are. Obstacles, intruders and the path are drawn once, the formation again when the ring of living
+//! UAVs changes. An intruder, or an obstacle that moves, has a coordinate frame of its own, which `/tf` moves.
 
 use super::{
     LEADER, MAP, at, entity, flat, line,
@@ -18,6 +18,7 @@ use foxglove::messages::{
     line_primitive::Type::{LineLoop, LineStrip},
 };
 use nalgebra::Point2;
+use ringwing_flight::LeaderPath;
 use ringwing_scenario::{ObstacleSection, Scenario};
 
 /// Height of names. Smaller than the names of UAVs, so that these stand out.
@@ -30,6 +31,10 @@ const DART: [(f64, f64); 4] = [(0.5, 0.0), (-0.5, 0.4), (-0.25, 0.0), (-0.5, -0.
 /// them.
 const SLOT: f64 = 0.06;
 
+/// Most places of the line of the leader's path. Fewer show corners in tight turns of long flights; more make the message
+/// larger.
+const PATH_PLACES: u32 = 1000;
+
 /// The obstacles, each with its name and the circle within which it repels, and the intruders: `/scene/obstacles`.
 pub(crate) fn obstacles(scenario: &Scenario, clock: Clock, tick: i64) -> SceneUpdate {
     let obstacles = scenario.all_obstacles();
@@ -38,6 +43,14 @@ pub(crate) fn obstacles(scenario: &Scenario, clock: Clock, tick: i64) -> SceneUp
     let size_m = INTRUDER * scenario.formation.spacing_m;
     let intruders = (1..=scenario.intruders.len()).map(|number| craft(number, size_m, clock, tick));
     whole(obstacles.chain(intruders).collect(), clock, tick)
+}
+
+/// The leader's path over the flight as a line: `/scene/path`.
+pub(crate) fn leader_path(path: &LeaderPath, duration_s: f64, clock: Clock, tick: i64) -> SceneUpdate {
+    let places = path.places(duration_s, PATH_PLACES).map(|place| flat(place.x, place.y));
+    let mut entity = entity(MAP, "path", clock, tick);
+    entity.lines.push(line(LineStrip, places.collect(), 1.0, palette::QUIET, 0.8));
+    whole(vec![entity], clock, tick)
 }
 
 /// An intruder: a filled dart, so that nobody takes it for a UAV of the swarm.
@@ -144,6 +157,18 @@ mod tests {
         let frames: Vec<_> = scene.entities.iter().map(|one| (&*one.frame_id, &*one.texts[0].text)).collect();
         assert_eq!(frames, [("map", "tower"), ("obstacle_2", "tower"), ("intruder_1", "intruder 1")]);
         assert_eq!(scene.entities[1].lines[0].points[0].x, 30.0, "round the origin of its frame");
+    }
+
+    #[test]
+    fn the_path_is_drawn_from_the_start_to_the_end_of_the_flight() {
+        let mut scenario = testing::ring_of(3, 40.0);
+        scenario.leader.path.kind = ringwing_scenario::PathKind::Circle;
+        let scene = leader_path(&scenario.leader_path(), 50.0, Clock::new(100), 0);
+        let points = &scene.entities[0].lines[0].points;
+        let end = scenario.leader_path().at(50.0).pose.position;
+        assert_eq!((points[0].x, points[0].y), (0.0, 0.0));
+        assert_eq!(points.last().map(|last| (last.x, last.y)), Some((end.x, end.y)));
+        assert!(points.iter().all(|point| ((point.x).hypot(point.y - 300.0) - 300.0).abs() < 1e-9));
     }
 
     #[test]
