@@ -100,7 +100,7 @@ impl Formation {
     }
 
     /// The place of slot `number`, counted from 1.
-    pub(crate) fn place(&self, number: u32) -> Slot {
+    pub fn place(&self, number: u32) -> Slot {
         if self.shape.is_path() {
             return self.along_path(number);
         }

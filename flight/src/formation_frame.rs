@@ -2,7 +2,7 @@
 //!
 //! Must never know the shape of the formation: it turns offsets from the centre, whatever they are.
 
-use crate::turned;
+use crate::{PathMotion, turned};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +47,31 @@ impl FormationFrame {
             return velocity_m_s;
         }
         velocity_m_s + Vector2::new(-offset_m.y, offset_m.x) * rate_rad_s
+    }
+}
+
+/// How the leader moves, seen in the frame in which the formation keeps its bearing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameMotion {
+    frame: FormationFrame,
+    velocity_m_s: Vector2<f64>,
+    turn_rate_rad_s: f64,
+}
+
+impl FrameMotion {
+    /// Of a leader that moves like this.
+    pub fn new(frame: FormationFrame, leader: &PathMotion) -> Self {
+        let PathMotion { speed_m_s, turn_rate_rad_s, .. } = *leader;
+        let velocity_m_s = match frame {
+            FormationFrame::Fixed => leader.velocity_m_s(),
+            FormationFrame::Leader => Vector2::new(speed_m_s, 0.0),
+        };
+        Self { frame, velocity_m_s, turn_rate_rad_s }
+    }
+
+    /// The velocity over the ground, in this frame, of a place that rests at `offset_m` from the leader.
+    pub fn velocity_m_s(&self, offset_m: Vector2<f64>) -> Vector2<f64> {
+        self.frame.velocity_m_s(self.velocity_m_s, self.turn_rate_rad_s, offset_m)
     }
 }
 

@@ -5,8 +5,8 @@
 //!   account of a finished flight, with the [`latency`] of its ticks.
 //! - [`motion`] solves Eq. (1), and [`path`] is where the leader flies.
 //! - [`formation`] is the geometry of Definition 1, [`shape`] that of other formations and [`slot`] a place in one;
-//!   [`formation_frame`] turns them with the leader. [`ring_order`] says which UAV has which slot, and [`ring`] is the
-//!   geometry of the UAVs still alive.
+//!   [`formation_frame`] turns them with the leader, and a [`manoeuvre`] is a planned change of them. [`ring_order`]
+//!   says which UAV has which slot, and [`ring`] is the geometry of the UAVs still alive.
 //! - [`draw`] makes all seeded draws, and [`counted`] writes numbers of things.
 //!
 //! Must never know services, clocks, files or the scenario: every function here gives the same bits for the same
@@ -20,6 +20,7 @@ pub mod formation;
 pub mod formation_frame;
 pub mod id;
 pub mod latency;
+pub mod manoeuvre;
 pub mod motion;
 pub mod pace;
 pub mod path;
@@ -37,9 +38,10 @@ pub use event::{
     AfterLoss, Collider, Event, GapCause, Level, ProcessAction, ProcessEnd, Reporter, TimedEvent,
 };
 pub use formation::Formation;
-pub use formation_frame::FormationFrame;
+pub use formation_frame::{FormationFrame, FrameMotion};
 pub use id::{IntruderId, Part, Tick, UavId};
 pub use latency::LatencyTally;
+pub use manoeuvre::{Manoeuvre, Passing, SpeedRange};
 pub use motion::{Pose, chord, direction, turned, wrap};
 pub use pace::{Pace, real_time_factor};
 pub use path::{LeaderPath, PathMotion, TrackPoint, Turn, WaypointError};

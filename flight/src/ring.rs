@@ -3,7 +3,7 @@
 //! The slots are a pure function of the formation and of who is alive, so all UAVs that agree on that fly the same ones.
 //! They must never depend on how or when a UAV was lost.
 
-use crate::{CirclePlace, Formation, RingOrder, Shape, Slot, UavId};
+use crate::{CirclePlace, Formation, Manoeuvre, RingOrder, Shape, Slot, UavId};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -33,11 +33,16 @@ pub enum OnLoss {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LivingRing {
     formation: Formation,
+    /// Who is whose neighbour: the same for the whole flight.
     order: RingOrder,
+    /// Which UAV has which place in the formation. A manoeuvre may change it.
+    places: RingOrder,
     /// `None` under a law that ignores losses and always flies the whole ring.
     on_loss: Option<OnLoss>,
-    /// The slots that the living UAVs have in the whole formation, in ascending order.
+    /// The living UAVs as slots of `order`, ascending.
     living: Vec<u32>,
+    /// The places that the living UAVs have in the whole formation, ascending.
+    taken: Vec<u32>,
     radius_m: f64,
     /// Bearing of the living UAV that comes first round the centre.
     first_rad: f64,
@@ -52,7 +57,8 @@ impl LivingRing {
         // A whole ring takes its slots from the formation, so what `spread` computes has no meaning in it.
         let living: Vec<_> = (1..=formation.count()).collect();
         let radius_m = formation.radius_m();
-        Self { formation, order, on_loss, living, radius_m, first_rad: 0.0, skipped: 0 }
+        let (taken, places) = (living.clone(), order.clone());
+        Self { formation, order, places, on_loss, living, taken, radius_m, first_rad: 0.0, skipped: 0 }
     }
 
     /// Changes to the ring of the UAVs for which `lives` is true; returns whether the ring has changed.
@@ -69,7 +75,16 @@ impl LivingRing {
         changes
     }
 
+    /// Changes to the formation of `manoeuvre`. Who is alive, and who is whose neighbour, stays the same.
+    pub fn turn_to(&mut self, manoeuvre: &Manoeuvre) {
+        self.formation = manoeuvre.formation.clone();
+        self.places = manoeuvre.places.clone();
+        self.spread();
+    }
+
     fn spread(&mut self) {
+        self.taken = self.living.iter().map(|slot| self.places.slot(self.order.uav(*slot))).collect();
+        self.taken.sort_unstable();
         // In any other ring all UAVs have their original slots, and nothing reads these numbers.
         if !self.has_closed() {
             return;
@@ -91,14 +106,14 @@ impl LivingRing {
         &self.formation
     }
 
-    /// Which UAV has which slot, and so who is whose neighbour.
+    /// Which UAV is where in the ring, and so who is whose neighbour.
     pub fn order(&self) -> &RingOrder {
         &self.order
     }
 
-    /// The living UAVs in the order of their slots.
+    /// The living UAVs in the order of their places in the formation.
     pub fn in_formation(&self) -> impl Iterator<Item = u32> {
-        self.living.iter().map(|slot| self.order.uav(*slot).0)
+        self.taken.iter().map(|place| self.places.uav(*place).0)
     }
 
     /// How many UAVs are alive.
@@ -118,8 +133,8 @@ impl LivingRing {
 
     /// The slot of UAV `number`. A UAV that is not alive has its original slot.
     pub fn slot(&self, number: u32) -> Slot {
-        let place = self.order.slot(UavId(number));
-        match self.living.binary_search(&place) {
+        let place = self.places.slot(UavId(number));
+        match self.taken.binary_search(&place) {
             Ok(rank) if self.has_closed() => self.closed(rank, place),
             _ => self.formation.place(place),
         }
@@ -151,7 +166,7 @@ impl LivingRing {
     /// that has closed with the same spacing.
     pub fn rest_m(&self, number: u32, neighbour: u32) -> f64 {
         // In a whole ring, return the exact L: the distance between two computed slots would be off by some bits.
-        if self.is_whole() && *self.formation.shape() == Shape::Ring {
+        if self.is_whole() && *self.formation.shape() == Shape::Ring && self.order == self.places {
             return self.formation.spacing_m();
         }
         (self.slot(neighbour).offset() - self.slot(number).offset()).norm()
@@ -175,14 +190,14 @@ impl LivingRing {
         // A plain mean is right here. Bearings are not wrapped, so there is no jump at pi that would need a circular
         // mean.
         let first = |(rank, place): (usize, &u32)| self.formation.bearing_rad(*place) + self.step_rad(rank);
-        self.living.iter().enumerate().map(first).sum::<f64>() / self.living.len() as f64
+        self.taken.iter().enumerate().map(first).sum::<f64>() / self.living.len() as f64
     }
 
     /// How many places to leave empty at the beginning of the path, so that the living move least.
     fn least_moved(&self) -> u32 {
         let offset = |place: u32| self.formation.along_path(place).offset();
         let moved_m2 = |skipped: u32| -> f64 {
-            let ranked = (skipped + 1..).zip(&self.living);
+            let ranked = (skipped + 1..).zip(&self.taken);
             ranked.map(|(to, from)| (offset(to) - offset(*from)).norm_squared()).sum()
         };
         let lost = self.formation.count() - self.living.len() as u32;
@@ -211,7 +226,7 @@ mod tests {
     }
 
     fn original(ring: &LivingRing, number: u32) -> Slot {
-        ring.formation.place(ring.order.slot(UavId(number)))
+        ring.formation.place(ring.places.slot(UavId(number)))
     }
 
     /// How far the bearing of UAV `number` is from that in the whole ring.
@@ -325,6 +340,27 @@ mod tests {
         assert_eq!(moved(&line, &[1, 2, 3, 4, 6]), [0, 0, 0, 0, 1]);
         let grid = shaped(Shape::Grid { columns: 3 }, 9, &[2]);
         assert_eq!(moved(&grid, &[1, 3, 4, 5, 6, 7, 8, 9]), [1, 0, 0, 0, 0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_manoeuvre_changes_places_and_never_neighbours() {
+        let mut ring = shaped(Shape::Ring, 6, &[]);
+        let formation = Formation::shaped(Shape::Echelon { sweep_rad: 0.0 }, 6, 40.0, PI);
+        let (begins, places) = (crate::Tick(0), RingOrder::new(vec![3, 1, 2, 6, 5, 4]));
+        ring.turn_to(&Manoeuvre {
+            begins,
+            lasts_ticks: 1,
+            formation: formation.clone(),
+            places,
+            goes_round: false,
+        });
+        assert_eq!(ring.neighbours(1), [Some(6), Some(2)]);
+        assert_eq!(ring.slot(1), formation.place(3));
+        assert!((ring.rest_m(1, 6) - 40.0).abs() < 1e-9 && (ring.rest_m(1, 2) - 80.0).abs() < 1e-9);
+        // In the line, UAV 2 comes first, then UAVs 3, 1, 6, 5 and 4: it closes in that order.
+        ring.reform(|number| number != 3);
+        assert_eq!(ring.in_formation().collect::<Vec<_>>(), [2, 1, 6, 5, 4]);
+        assert_eq!(moved(&ring, &[2, 1, 6, 5, 4]), [1, 0, 0, 0, 0]);
     }
 
     #[test]

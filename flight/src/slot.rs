@@ -98,7 +98,13 @@ impl Slot {
             {
                 Self::Ellipse { place: place.towards(to, share), stretch: *stretch }
             }
-            _ => Self::Plane(self.offset().lerp(&to.offset(), share)),
+            _ => self.straight_towards(to, share),
         }
+    }
+
+    /// The place after `share` of the straight way to `to`.
+    #[must_use]
+    pub fn straight_towards(&self, to: &Self, share: f64) -> Self {
+        if share >= 1.0 { *to } else { Self::Plane(self.offset().lerp(&to.offset(), share)) }
     }
 }

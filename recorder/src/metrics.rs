@@ -49,9 +49,9 @@ use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
 use obstacles::ObstacleWatch;
 use pairs::ClosestSoFar;
-use recovery::{Recoveries, RecoveryWatch};
+use recovery::{Disturbance, Recoveries, RecoveryWatch};
 use ringwing_flight::{Event, FlightMode, Tick, TimedEvent};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{ManoeuvreSection, Scenario};
 use settling::Settling;
 
 /// The swarm at one moment. A value that does not exist is absent, never 0.
@@ -100,7 +100,7 @@ pub struct Metrics {
     effects: EffectWatch,
     chance: ChanceWatch,
     /// Disturbances whose tick has not come yet.
-    disturbances: Vec<TimedEvent>,
+    disturbances: Vec<Disturbance>,
     agreement: AgreementWatch,
     closest: ClosestSoFar,
     obstacles: Vec<ObstacleWatch>,
@@ -136,7 +136,7 @@ impl Metrics {
             recovery: RecoveryWatch::new(scenario.time.rate_hz),
             chance: ChanceWatch::new(scenario),
             effects: EffectWatch::new(scenario),
-            disturbances: Vec::new(),
+            disturbances: manoeuvres(scenario),
             agreement: AgreementWatch::default(),
             closest: ClosestSoFar::default(),
             obstacles: scenario
@@ -169,7 +169,9 @@ impl Metrics {
         if !event.event.is_disturbance() {
             return;
         }
-        self.disturbances.push(event.clone());
+        // No disturbance involves an obstacle, so its text needs no obstacle's name.
+        let text = event.event.text(|_| String::new());
+        self.disturbances.push(Disturbance { tick: event.tick.0, text, is_fault: true });
         // An event may be reported after the frame of its tick. Apply it now, because the flight may have no further
         // frame.
         if let Some(last) = self.last_tick() {
@@ -181,10 +183,9 @@ impl Metrics {
     fn apply_disturbances(&mut self, tick: i64) {
         // Reports do not come in order: the schedule announces faults ahead of time, and a loss may be noticed late.
         self.disturbances.sort_by_key(|disturbance| disturbance.tick);
-        let due = self.disturbances.partition_point(|disturbance| disturbance.tick.0 <= tick);
-        for TimedEvent { tick, event } in self.disturbances.drain(..due) {
-            // No disturbance involves an obstacle, so its text needs no obstacle's name.
-            self.recovery.on_disturbance(tick.0, &event.text(|_| String::new()));
+        let due = self.disturbances.partition_point(|disturbance| disturbance.tick <= tick);
+        for disturbance in self.disturbances.drain(..due) {
+            self.recovery.on_disturbance(&disturbance);
         }
     }
 
@@ -318,6 +319,17 @@ impl Metrics {
             uavs: self.uavs.clone(),
         }
     }
+}
+
+/// The manoeuvres of `scenario`, from which the formation has to recover as from a fault.
+fn manoeuvres(scenario: &Scenario) -> Vec<Disturbance> {
+    let numbered = (1..).zip(&scenario.manoeuvres);
+    let disturbance = |(number, manoeuvre): (u32, &ManoeuvreSection)| Disturbance {
+        tick: scenario.tick_at(manoeuvre.at_s).0,
+        text: format!("manoeuvre {number}: {}", manoeuvre.text()),
+        is_fault: false,
+    };
+    numbered.map(disturbance).collect()
 }
 
 /// The errors of the UAVs that fly on command, in one tick.

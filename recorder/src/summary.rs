@@ -3,7 +3,7 @@
 //! Never reports 0 for a value that does not exist: the value is null in the JSON.
 
 use crate::metrics::{FlightSummary, ObstacleSummary, Verdict, judge};
-use ringwing_flight::{Collision, Latency, WorldReport, real_time_factor};
+use ringwing_flight::{Collision, Latency, Tick, WorldReport, real_time_factor};
 use ringwing_scenario::{Law, Scenario, ShapeName};
 use serde::Serialize;
 use std::time::Duration;
@@ -21,6 +21,8 @@ pub struct Summary {
     pub uavs: u32,
     /// The shape of the formation.
     pub shape: ShapeName,
+    /// The shape after the last manoeuvre.
+    pub shape_at_end: ShapeName,
     /// The control law.
     pub law: Law,
     /// Ticks a second.
@@ -262,6 +264,7 @@ impl Summary {
             seed_text: scenario.seed.to_string(),
             uavs: scenario.formation.uavs,
             shape: scenario.formation.shape,
+            shape_at_end: scenario.shape_at(Tick(ticks)),
             law: scenario.control.law,
             rate_hz: scenario.time.rate_hz,
             real_time: scenario.time.real_time,

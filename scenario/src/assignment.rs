@@ -1,11 +1,11 @@
-//! Gives the slots of the formation to the UAVs that start near them.
+//! Gives the slots of a formation to the UAVs that are near them, at the start and in a manoeuvre.
 //!
 //! Never depends on anything but the scenario, so that all processes of a run agree on who has which slot.
 
 use crate::{Scenario, start};
 use nalgebra::Point2;
 use pathfinding::{kuhn_munkres::kuhn_munkres_min, matrix::Matrix};
-use ringwing_flight::RingOrder;
+use ringwing_flight::{Formation, RingOrder, UavId};
 
 /// Square millimetres in a square metre. The method needs whole numbers, and with them no rounding decides a tie. A finer
 /// unit would overflow sooner.
@@ -20,9 +20,27 @@ const FARTHEST_MM2: f64 = 1e15;
 pub(crate) fn nearest(scenario: &Scenario) -> RingOrder {
     let uavs = scenario.formation.uavs;
     let Ok(starts) = start::states(scenario) else { return RingOrder::by_number(uavs) };
+    let starts: Vec<Point2<f64>> = starts.iter().map(|start| start.position_m.into()).collect();
     let slots: Vec<_> = (1..=uavs).map(|slot| scenario.start_slot(slot)).collect();
+    least_squares(&starts, &slots)
+}
+
+/// Who gets which place of the formation `after`, if the UAVs fly `before` in these `places`: again the least sum.
+///
+/// Straight ways of this order come no nearer to each other than 1 / sqrt(2) of the smallest distance of two slots (Turpin,
+/// Michael and Kumar 2014).
+pub(crate) fn nearest_places(before: &Formation, places: &RingOrder, after: &Formation) -> RingOrder {
+    let centre = Point2::origin();
+    let starts: Vec<_> =
+        UavId::all(before.count()).map(|uav| before.slot(places.slot(uav), centre)).collect();
+    let slots: Vec<_> = (1..=after.count()).map(|slot| after.slot(slot, centre)).collect();
+    least_squares(&starts, &slots)
+}
+
+/// The order with the least sum of squared distances, UAV 1 first in `starts` and slot 1 in `slots`.
+fn least_squares(starts: &[Point2<f64>], slots: &[Point2<f64>]) -> RingOrder {
     let cost = |(start, slot): (usize, usize)| {
-        let apart = Point2::from(starts[start].position_m) - slots[slot];
+        let apart = starts[start] - slots[slot];
         (apart.norm_squared() * MM2_PER_M2).round().min(FARTHEST_MM2) as i64
     };
     let count = starts.len();
@@ -33,9 +51,8 @@ pub(crate) fn nearest(scenario: &Scenario) -> RingOrder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Assignment, StartState};
+    use crate::{Assignment, FormationSection, ShapeName, StartState};
     use proptest::prelude::*;
-    use ringwing_flight::UavId;
 
     fn drawn(uavs: u32, seed: u64) -> Scenario {
         let mut scenario = Scenario { seed, ..Scenario::default() };
@@ -91,6 +108,28 @@ mod tests {
         let mut scenario = starting_in_slots(&[2, 1, 3]);
         scenario.start.uavs[0].position_m = [1e12, -1e12];
         assert_eq!(scenario.ring_order().count(), 3);
+    }
+
+    proptest! {
+        #[test]
+        fn straight_ways_to_the_nearest_places_stay_apart(
+            uavs in 3_u32..14, from in 0_usize..5, to in 0_usize..5, share in 0.0..1.0, turn in -180.0..180.0,
+        ) {
+            const SHAPES: [ShapeName; 5] =
+                [ShapeName::Ring, ShapeName::Vee, ShapeName::Echelon, ShapeName::Grid, ShapeName::Star];
+            let section = |shape, bearing_deg| FormationSection { uavs, shape, bearing_deg, ..FormationSection::default() };
+            let (before, after) = (section(SHAPES[from], 180.0).geometry(), section(SHAPES[to], turn).geometry());
+            let places = RingOrder::by_number(uavs);
+            let next = nearest_places(&before, &places, &after);
+            let way = |uav: UavId| {
+                let (here, there) = (places.slot(uav), next.slot(uav));
+                before.slot(here, Point2::origin()).lerp(&after.slot(there, Point2::origin()), share)
+            };
+            for (one, other) in (1..=uavs).flat_map(|one| (1..one).map(move |other| (UavId(one), UavId(other)))) {
+                let apart_m = (way(one) - way(other)).norm();
+                prop_assert!(apart_m > 40.0 / 2.0_f64.sqrt() - 1e-3, "{one} and {other}: {apart_m} m");
+            }
+        }
     }
 
     proptest! {

@@ -26,9 +26,9 @@ pub use key::unit_symbol;
 pub use model::{
     AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
     GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection, LeaderStart,
-    MembershipSection, ObstacleFieldSection, ObstacleSection, OffsetSection, PathKind, PathSection,
-    RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName, StartSection, StartState,
-    SupervisionSection, TimeSection, Wake, WaypointSection,
+    ManoeuvreSection, MembershipSection, ObstacleFieldSection, ObstacleSection, OffsetSection, PathKind,
+    PathSection, RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName, SlotOrder,
+    StartSection, StartState, SupervisionSection, TimeSection, Wake, WaypointSection,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, example_scenario, keys};

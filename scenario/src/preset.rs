@@ -24,9 +24,11 @@ macro_rules! preset {
 }
 
 /// In the order in which `scenario list` shows them.
-static PRESETS: [Preset; 12] = [
+static PRESETS: [Preset; 14] = [
     preset!("paper-4.1", "six UAVs form the ring in free sky and keep it (Section 4.1)"),
     preset!("paper-4.2", "six UAVs form the ring and fly past two obstacles (Section 4.2)"),
+    preset!("vee", "nine UAVs form a vee from drawn starts"),
+    preset!("shape-change", "six UAVs fly as a ring, a vee, an echelon, and a ring again"),
     preset!("dropout", "one UAV drops out for good, and the ring closes"),
     preset!("dropout-return", "two UAVs drop out one after the other, and both come back"),
     preset!("delay", "what ring neighbours send each other arrives half a second late"),

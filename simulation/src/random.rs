@@ -7,8 +7,8 @@
 
 use ringwing_flight::{FormationFrame, OnLoss, Turn, draw::Draws};
 use ringwing_scenario::{
-    Action, Failsafe, Fault, IntruderSection, Law, LawSwitches, ObstacleSection, PathKind, Scenario,
-    ShapeName, WaypointSection,
+    Action, Failsafe, Fault, IntruderSection, Law, LawSwitches, ManoeuvreSection, ObstacleSection, PathKind,
+    Scenario, ShapeName, WaypointSection,
     fault::{Delay, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets},
 };
 use std::ops::RangeInclusive;
@@ -56,6 +56,7 @@ pub fn scenario(seed: u64) -> Scenario {
     scenario.control.collision_filter |= dice.one_in(3);
     scenario.sensing.radar_range_m = dice.number(60.0, 200.0);
     scenario.sensing.radar_noise_m = dice.pick(&[0.0, 1.0]);
+    dice.set_manoeuvre(&mut scenario);
     dice.set_path(&mut scenario);
     scenario
 }
@@ -124,7 +125,9 @@ impl Dice {
         let path = &mut scenario.leader.path;
         path.kind = self.pick(&kinds);
         path.turn = self.pick(&[Turn::Left, Turn::Right]);
-        path.radius_m = (least_m * self.number(1.01, 3.0)).ceil();
+        // A manoeuvre needs speeds that the turn leaves over.
+        let reserve = if scenario.manoeuvres.is_empty() { 1.0 } else { 5.0 };
+        path.radius_m = (least_m * reserve * self.number(1.01, 3.0)).ceil();
         // Short, so that a flight of a few seconds reaches the first turn.
         path.length_m = self.number(20.0, 100.0);
         // A right angle takes as much of each leg as the radius is long.
@@ -151,6 +154,22 @@ impl Dice {
         let has_radius = matches!(shape, Ring | Ellipse | Star);
         if has_radius || scenario.membership.on_loss != OnLoss::KeepRadius {
             scenario.formation.shape = shape;
+        }
+    }
+
+    /// A manoeuvre for a third of the swarms.
+    fn set_manoeuvre(&mut self, scenario: &mut Scenario) {
+        let (is_flown, widens, at_s) =
+            (self.one_in(3), self.one_in(2), self.number(0.0, scenario.time.duration_s));
+        let spacing_m = Some(1.1 * scenario.formation.spacing_m);
+        if is_flown && widens {
+            scenario.manoeuvres =
+                vec![ManoeuvreSection { at_s, over_s: 20.0, spacing_m, ..ManoeuvreSection::default() }];
+        } else if is_flown {
+            // So slow that airframes can follow from any shape to any other one.
+            let (over_s, shape) = (600.0, Some(ShapeName::Star));
+            scenario.manoeuvres =
+                vec![ManoeuvreSection { at_s, over_s, shape, ..ManoeuvreSection::default() }];
         }
     }
 

@@ -1,6 +1,6 @@
 //! Formations of every shape: the swarm forms them from drawn starts, and closes them after losses.
 
-use crate::support::{Flight, at_rest, scenario};
+use crate::support::{Flight, at_rest, preset, scenario, with_faults};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::UavId;
 use ringwing_scenario::{OffsetSection, Scenario, ShapeName};
@@ -135,6 +135,37 @@ fn every_shape_closes_after_a_loss_and_opens_on_a_return() {
             assert!(opening.whole_s < 55.0 && flight.moment().commanded == 6, "{what}: {opening:?}");
         }
     }
+}
+
+#[test]
+fn the_swarm_changes_its_shape_as_planned() {
+    for seed in [1, 2] {
+        let flown =
+            ringwing_simulation::fly(&preset("shape-change", &[&format!("seed={seed}")])).expect("a flight");
+        assert_eq!(flown.summary.faults, 0, "a manoeuvre is no fault");
+        assert_eq!(flown.summary.fault_moments, 3);
+        assert!(
+            flown.summary.recovery_max_s.is_some_and(|longest_s| longest_s < 20.0),
+            "{:?}",
+            flown.summary
+        );
+        assert!(flown.summary.closest_pair.is_some_and(|pair| pair.distance_m > 8.0), "{:?}", flown.summary);
+    }
+}
+
+#[test]
+fn a_loss_during_a_manoeuvre_and_a_return_after_it_are_healed() {
+    let faults = ["at 38 s kill uav 2", "at 66 s start uav 2"];
+    let mut flight = Flight::new(&with_faults(preset("shape-change", &[]), &faults));
+    let error_at = |flight: &mut Flight, at_s: f64| {
+        flight.fly_to((at_s * 100.0) as i64);
+        flight.slot_error_max_m()
+    };
+    assert!(error_at(&mut flight, 34.0) < 0.05, "a ring of six");
+    assert!(error_at(&mut flight, 39.0) > 5.0, "else nothing had to move");
+    assert!(error_at(&mut flight, 59.0) < 0.05 && flight.moment().commanded == 5, "a vee of five");
+    assert!(error_at(&mut flight, 119.0) < 0.05 && flight.moment().commanded == 6, "a ring of six");
+    assert!(flight.all_agree_with_the_truth());
 }
 
 /// The figures of ARCHITECTURE.md: `cargo test --release -p ringwing-simulation -- --ignored --nocapture of_the_shapes`.

@@ -132,11 +132,10 @@ fn passes(scenario: &Scenario) -> Result<bool, String> {
 fn theory(question: &Question) -> Result<Vec<TheoryLine>, WrongUsage> {
     let scenario =
         question.scenario(question.range.from).map_err(|problem| WrongUsage(problem.to_string()))?;
-    if scenario.formation.shape != ShapeName::Ring {
-        let shape = scenario.formation.shape.name();
-        return Err(WrongUsage(format!(
-            "--theory: the theory is that of a ring, and formation.shape is {shape:?}"
-        )));
+    if scenario.formation.shape != ShapeName::Ring || !scenario.manoeuvres.is_empty() {
+        let message =
+            "--theory: the theory is that of a ring: give formation.shape = \"ring\" and no manoeuvres";
+        return Err(WrongUsage(message.into()));
     }
     if scenario.leader.path.kind != PathKind::Straight {
         let message = "--theory: the linearised law assumes a leader that flies straight (Assumption 1): give \

@@ -17,7 +17,8 @@ pub(super) fn write_recoveries(f: &mut fmt::Formatter<'_>, flight: &FlightSummar
     for recovery in &shown {
         let (value, end) = outcome(recovery);
         let FaultRecovery { fault, time_s, .. } = recovery;
-        line(f, "settled again after a fault", &value, &format!("{fault} at {time_s:.2} s{end}"))?;
+        let after = if recovery.faults == 0 { "a manoeuvre" } else { "a fault" };
+        line(f, &format!("settled again after {after}"), &value, &format!("{fault} at {time_s:.2} s{end}"))?;
     }
     let moments = flight.fault_moments.saturating_sub(shown.len() as u64);
     if moments == 0 {

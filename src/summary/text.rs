@@ -41,7 +41,7 @@ impl fmt::Display for SummaryText<'_> {
         if let Some(flight) = &summary.flight {
             write_uavs(f, flight)?;
             write_commanded(f, flight, *uavs)?;
-            write_formation(f, flight, summary.shape)?;
+            write_formation(f, flight, summary.shape_at_end)?;
             write_obstacles(f, flight)?;
             write_intruders(f, flight)?;
             write_filter(f, flight)?;

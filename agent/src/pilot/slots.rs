@@ -1,9 +1,9 @@
-//! The slots of all UAVs as one UAV sees them, and how they move when the ring of the living changes.
+//! The slots of all UAVs as one UAV sees them, and how they move when the ring of the living or the formation changes.
 //!
 //! Never knows where the UAVs are, nor how a UAV was lost.
 
 use nalgebra::Vector2;
-use ringwing_flight::{LivingRing, Slot, Tick, UavId};
+use ringwing_flight::{LivingRing, Manoeuvre, Slot, Tick, UavId};
 use ringwing_scenario::Scenario;
 
 /// What one UAV steers for at one moment: its slot, and the distances to keep.
@@ -18,11 +18,17 @@ pub(super) struct SlotGeometry {
     pub(super) neighbours: [Option<(UavId, f64)>; 2],
 }
 
-/// All slots, moving from their places in one ring to their places in the next.
+/// All slots, moving from their places in one formation to their places in the next.
 #[derive(Debug, Clone)]
 pub(super) struct Slots {
     own: UavId,
     ring: LivingRing,
+    /// The manoeuvres of the flight, in order of time.
+    manoeuvres: Vec<Manoeuvre>,
+    /// How many of them have begun.
+    begun: usize,
+    /// How long the slots move after a loss or a return.
+    closing_ticks: i64,
     /// One for each UAV, UAV 1 first.
     transitions: Vec<SlotTransition>,
     began: Tick,
@@ -33,12 +39,13 @@ pub(super) struct Slots {
 
 /// The path of one slot between two places.
 ///
-/// In a ring or a star the rates of bearing and radius are constant. Two slots never meet on the way: all stay in ring
-/// order. Along a path, every slot moves straight by as many places or not at all.
+/// In a ring or a star that closes, the rates of bearing and radius are constant. Two slots never meet on the way: all
+/// stay in ring order. In a shape with an open path, and in most manoeuvres, every slot moves straight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct SlotTransition {
     from: Slot,
     to: Slot,
+    is_straight: bool,
 }
 
 impl Slots {
@@ -54,9 +61,12 @@ impl Slots {
         let mut slots = Self {
             own,
             ring,
+            manoeuvres: scenario.planned_manoeuvres(),
+            begun: 0,
+            closing_ticks: (scenario.membership.slots_move_s * rate_hz).round() as i64,
             transitions,
             began: Tick::APPROACH,
-            duration_ticks: (scenario.membership.slots_move_s * rate_hz).round() as i64,
+            duration_ticks: 0,
             is_moving: false,
             geometry,
         };
@@ -66,6 +76,10 @@ impl Slots {
 
     /// Starts to move the slots from where they are to their places in the ring of the UAVs that are alive.
     pub(super) fn reform(&mut self, now: Tick, is_alive: impl Fn(UavId) -> bool) {
+        self.begin_manoeuvres(now);
+        // A loss during a manoeuvre must not hurry it: the airframes could not follow.
+        let left_ticks =
+            if self.is_moving && self.begun > 0 { self.end_of_manoeuvre().since(now) } else { 0 };
         // A loss during a move starts the next move from where the slots are now. Read this before the ring changes.
         let progress = self.progress(now);
         let before = self.ring.clone();
@@ -77,14 +91,39 @@ impl Slots {
             *transition = if returns {
                 SlotTransition::at_rest(to)
             } else {
-                SlotTransition { from: transition.slot(progress), to }
+                SlotTransition { from: transition.slot(progress), to, is_straight: false }
             };
         }
         (self.began, self.is_moving) = (now, true);
+        self.duration_ticks = self.closing_ticks.max(left_ticks);
+    }
+
+    /// Starts to move the slots to the formation of each manoeuvre that is due.
+    ///
+    /// An agent that starts late begins all manoeuvres that it has missed, each at its own tick.
+    fn begin_manoeuvres(&mut self, now: Tick) {
+        while let Some(manoeuvre) = self.manoeuvres.get(self.begun).filter(|next| next.begins <= now) {
+            let progress = self.progress(manoeuvre.begins);
+            self.ring.turn_to(manoeuvre);
+            for (uav, transition) in UavId::all(self.transitions.len() as u32).zip(&mut self.transitions) {
+                let (from, to) = (transition.slot(progress), self.ring.slot(uav.0));
+                *transition = SlotTransition { from, to, is_straight: !manoeuvre.goes_round };
+            }
+            (self.began, self.duration_ticks) = (manoeuvre.begins, manoeuvre.lasts_ticks);
+            self.is_moving = true;
+            self.begun += 1;
+        }
+    }
+
+    /// When the last manoeuvre that has begun is over.
+    fn end_of_manoeuvre(&self) -> Tick {
+        let last = self.begun.checked_sub(1).and_then(|last| self.manoeuvres.get(last));
+        last.map_or(Tick::APPROACH, |last| Tick(last.begins.0 + last.lasts_ticks))
     }
 
     /// Moves the slots to their places at `now`.
     pub(super) fn advance(&mut self, now: Tick) {
+        self.begin_manoeuvres(now);
         if self.is_moving {
             let progress = self.progress(now);
             self.geometry = self.geometry_at(progress);
@@ -141,12 +180,16 @@ impl Slots {
 
 impl SlotTransition {
     fn at_rest(slot: Slot) -> Self {
-        Self { from: slot, to: slot }
+        Self { from: slot, to: slot, is_straight: false }
     }
 
     fn slot(&self, progress: f64) -> Slot {
         // Linear, because a smooth start and end would need a faster middle, which airframes cannot follow.
-        self.from.towards(&self.to, progress)
+        if self.is_straight {
+            self.from.straight_towards(&self.to, progress)
+        } else {
+            self.from.towards(&self.to, progress)
+        }
     }
 }
 
@@ -155,6 +198,7 @@ mod tests {
     use super::*;
     use nalgebra::Point2;
     use proptest::prelude::*;
+    use ringwing_scenario::{ManoeuvreSection, ShapeName};
 
     fn slots(own: u32) -> Slots {
         let mut scenario = Scenario::default();
@@ -199,6 +243,54 @@ mod tests {
         assert!((geometry.slot - self::slots(1).geometry().slot).norm() < 1e-9);
         let (uav, distance_m) = geometry.neighbours[0].unwrap();
         assert!(uav == UavId(4) && (distance_m - 80.0).abs() < 1e-9 && geometry.neighbours[1].is_none());
+    }
+
+    /// The slots of six UAVs that become a vee from tick 100 to 2100.
+    fn becoming_a_vee(own: u32) -> Slots {
+        let mut scenario = Scenario::default();
+        scenario.control.ring_closes = true;
+        let shape = Some(ShapeName::Vee);
+        scenario.manoeuvres =
+            vec![ManoeuvreSection { at_s: 1.0, over_s: 20.0, shape, ..ManoeuvreSection::default() }];
+        Slots::new(&scenario, UavId(own))
+    }
+
+    #[test]
+    fn in_a_manoeuvre_slots_move_straight_and_the_distances_follow_them() {
+        let all = |tick: i64| [1, 2, 3, 4, 5, 6].map(|own| advanced(&mut becoming_a_vee(own), tick));
+        let (before, halfway, after) = (all(99), all(1100), all(2100));
+        for own in 0..6 {
+            let middle = (before[own].slot + after[own].slot) / 2.0;
+            assert!((halfway[own].slot - middle).norm() < 1e-9, "{own}");
+            let (next, rest_m) = halfway[own].neighbours[1].unwrap();
+            let apart_m = (halfway[next.index()].slot - halfway[own].slot).norm();
+            assert!((rest_m - apart_m).abs() < 1e-9 && next.index() == (own + 1) % 6, "{own}: {rest_m} m");
+        }
+        let tip = after.iter().map(|geometry| geometry.slot.x).fold(f64::NEG_INFINITY, f64::max);
+        assert_eq!(
+            after.iter().filter(|geometry| geometry.slot.x > tip - 1.0).count(),
+            1,
+            "a vee has one tip"
+        );
+    }
+
+    #[test]
+    fn an_agent_that_starts_during_a_manoeuvre_sees_the_slots_where_the_others_see_them() {
+        let mut there = becoming_a_vee(2);
+        (0..700).for_each(|tick| there.advance(Tick(tick)));
+        assert_eq!(advanced(&mut becoming_a_vee(2), 700), advanced(&mut there, 700));
+    }
+
+    #[test]
+    fn a_loss_during_a_manoeuvre_does_not_hurry_it() {
+        let mut slots = becoming_a_vee(2);
+        let before = advanced(&mut slots, 600).slot;
+        slots.reform(Tick(600), |uav| uav != UavId(5));
+        assert!((advanced(&mut slots, 600).slot - before).norm() < 1e-9);
+        advanced(&mut slots, 2099);
+        assert!(slots.is_moving());
+        advanced(&mut slots, 2100);
+        assert!(!slots.is_moving());
     }
 
     proptest! {

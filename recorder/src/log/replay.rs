@@ -77,7 +77,7 @@ impl Replay {
         let mut whole = std::mem::replace(&mut self.tick, Replayed::blank(tick, &self.ring));
         // A tick that has only events does not show who flies.
         if whole.has_uavs() {
-            self.ring.follow(|number| whole.frame.commanded(number).is_some());
+            self.ring.follow(whole.frame.tick, |number| whole.frame.commanded(number).is_some());
             whole.frame.ring.clone_from(&self.ring);
         }
         Some(whole)
@@ -274,7 +274,7 @@ mod tests {
             }
             if frame.tick >= 60 {
                 frame.uavs[1].state.as_mut().unwrap().mode = FlightMode::LOITER;
-                frame.ring.follow(|number| number != 2);
+                frame.ring.follow(frame.tick, |number| number != 2);
             }
             recording.observe(&frame, None).unwrap();
         }

@@ -286,7 +286,7 @@ impl Frame {
     pub fn refill(&mut self, samples: &TickSamples, rate_hz: u32) {
         let is_commanded = |airframe: &AirframeSample| airframe.mode == FlightMode::COMMANDED;
         let airframe = |number: u32| samples.airframes[UavId(number).index()].as_ref();
-        self.ring.follow(|number| airframe(number).is_some_and(is_commanded));
+        self.ring.follow(samples.tick, |number| airframe(number).is_some_and(is_commanded));
         self.tick = samples.tick;
         self.leader = samples.leader;
         let mut counts: Vec<&LinkCounts> = samples.links.iter().collect();

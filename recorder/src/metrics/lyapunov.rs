@@ -38,6 +38,7 @@ struct Last {
     tick: i64,
     value_m2: f64,
     commanded: u32,
+    manoeuvres: usize,
     /// Whether every UAV flew the law as the theorem assumes it.
     proven: bool,
 }
@@ -62,15 +63,18 @@ impl LyapunovWatch {
         let value = self.candidate(frame, &leader).filter(|value| value.is_finite());
         let before = self.last.take();
         if let (Some(value_m2), Some(before)) = (value, before) {
-            // V jumps when a UAV joins or leaves the formation, and what happened in a missing tick is unknown.
-            let follows = before.tick + 1 == frame.tick && before.commanded == commanded;
+            // V jumps when a UAV joins or leaves the formation or a manoeuvre begins, and what happened in a missing tick
+            // is unknown.
+            let is_same = before.commanded == commanded && before.manoeuvres == frame.ring.begun();
+            let follows = before.tick + 1 == frame.tick && is_same;
             // The 1 m2 keeps the tolerance above rounding errors where V itself is almost 0.
             let rose = value_m2 > before.value_m2 + ROUNDING * (1.0 + before.value_m2);
             // The commands of the tick before led to this V, so they decide whether the theorem applies.
             self.rises += u64::from(follows && before.proven && rose);
         }
         let proven = self.is_papers && leader.turn_rate_rad_s == 0.0 && is_proven(frame);
-        self.last = value.map(|value_m2| Last { tick: frame.tick, value_m2, commanded, proven });
+        let manoeuvres = frame.ring.begun();
+        self.last = value.map(|value_m2| Last { tick: frame.tick, value_m2, commanded, manoeuvres, proven });
         value
     }
 
@@ -123,10 +127,11 @@ impl LyapunovWatch {
     }
 }
 
-/// Whether every UAV flies Eq. (6) unaltered: not cut by Eq. (12), and nothing added by Eq. (13).
+/// Whether every UAV flies Eq. (6) unaltered, to a slot that rests: not cut by Eq. (12), and nothing added by Eq. (13).
 fn is_proven(frame: &Frame) -> bool {
     let is_unaltered = |control: &ControlTerms| {
-        !control.speed_saturated && !control.turn_rate_saturated && control.repulsion_m == [0.0; 2]
+        let is_cut = control.speed_saturated || control.turn_rate_saturated;
+        !is_cut && !control.slots_moving && control.repulsion_m == [0.0; 2]
     };
     let in_formation = frame.uavs.iter().filter(|uav| uav.commanded().is_some());
     in_formation.map(|uav| uav.control.as_ref()).all(|control| control.is_some_and(is_unaltered))

@@ -158,7 +158,7 @@ mod tests {
             Pairs::among(&mut places, &ring).adjacent.map(|pair| (pair.uav, pair.other)),
             Some((1, 2))
         );
-        ring.follow(|number| number != 2);
+        ring.follow(0, |number| number != 2);
         // UAV 2 has left the ring: it is nobody's neighbour, and UAV 1 and 3 have become neighbours.
         let closest = Pairs::among(&mut places, &ring);
         assert_eq!(closest.other.map(|pair| (pair.uav, pair.other)), Some((1, 2)));

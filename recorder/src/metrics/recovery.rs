@@ -1,4 +1,4 @@
-//! How long the formation takes to recover from each fault.
+//! How long the formation takes to recover from each fault, and to take up the formation of each manoeuvre.
 //!
 //! Must never call a formation recovered that was not seen whole for as long as a settled one.
 
@@ -12,12 +12,12 @@ const LISTED: usize = 100;
 /// Faults of one moment that are named; the others are only counted. More make a line too long to read.
 const NAMED: usize = 3;
 
-/// The faults of one moment, and how long the formation took to recover.
+/// The faults and manoeuvres of one moment, and how long the formation took to recover.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FaultRecovery {
     /// What happened, as a sentence; several are separated by semicolons.
     pub fault: String,
-    /// Number of faults at that moment.
+    /// Number of faults at that moment; 0 if there was only a manoeuvre.
     pub faults: u64,
     /// When it happened, in simulated time.
     pub time_s: f64,
@@ -45,7 +45,15 @@ pub(super) struct Recoveries {
     pub(super) listed: Vec<FaultRecovery>,
 }
 
-/// Watches whether the formation is whole after each fault.
+/// A fault or the begin of a manoeuvre.
+#[derive(Debug, Clone)]
+pub(super) struct Disturbance {
+    pub(super) tick: i64,
+    pub(super) text: String,
+    pub(super) is_fault: bool,
+}
+
+/// Watches whether the formation is whole after each fault and manoeuvre.
 #[derive(Debug, Clone)]
 pub(super) struct RecoveryWatch {
     rate_hz: u32,
@@ -64,10 +72,12 @@ pub(super) struct RecoveryWatch {
     observed: Option<(i64, Wholeness)>,
 }
 
-/// The faults of one tick.
+/// The faults and manoeuvres of one tick.
 #[derive(Debug, Clone)]
 struct FaultMoment {
     named: Vec<String>,
+    /// How many more there are.
+    unnamed: u64,
     faults: u64,
     tick: i64,
     /// How long the formation has been whole since.
@@ -75,20 +85,22 @@ struct FaultMoment {
 }
 
 impl FaultMoment {
-    fn new(tick: i64, what: &str) -> Self {
-        Self { named: vec![what.to_owned()], faults: 1, tick, hold: Hold::default() }
+    fn new(tick: i64) -> Self {
+        Self { named: Vec::new(), unnamed: 0, faults: 0, tick, hold: Hold::default() }
     }
 
-    fn add(&mut self, what: &str) {
-        self.faults += 1;
+    fn add(&mut self, what: &Disturbance) {
+        self.faults += u64::from(what.is_fault);
         if self.named.len() < NAMED {
-            self.named.push(what.to_owned());
+            self.named.push(what.text.clone());
+        } else {
+            self.unnamed += 1;
         }
     }
 
     /// Its faults as one sentence.
     fn text(&self) -> String {
-        let more = self.faults - self.named.len() as u64;
+        let more = self.unnamed;
         let rest = if more > 0 { format!("; and {more} more at once") } else { String::new() };
         self.named.join("; ") + &rest
     }
@@ -121,16 +133,18 @@ impl RecoveryWatch {
         }
     }
 
-    /// Takes a disturbance of `tick`, described by `what`. Several of one tick are one moment: as two, the first would
-    /// end in the tick in which it begins, before anything could recover.
-    pub(super) fn on_disturbance(&mut self, tick: i64, what: &str) {
-        self.faults += 1;
+    /// Takes a disturbance. Several of one tick are one moment: as two, the first would end in the tick in which it begins,
+    /// before anything could recover.
+    pub(super) fn on_disturbance(&mut self, what: &Disturbance) {
+        let tick = what.tick;
+        self.faults += u64::from(what.is_fault);
         if let Some(newest) = self.newest.as_mut().filter(|newest| newest.tick == tick) {
             newest.add(what);
             return;
         }
         self.moments += 1;
-        let mut moment = FaultMoment::new(tick, what);
+        let mut moment = FaultMoment::new(tick);
+        moment.add(what);
         match self.newest.take() {
             // A report that comes after that of a later fault: nobody watched between the two.
             Some(newest) if newest.tick > tick => {

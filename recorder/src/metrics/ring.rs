@@ -1,12 +1,13 @@
 //! The formation that the swarm should form; all slot and neighbour errors refer to it.
 //!
 //! If the scenario closes the ring after a loss, this is the formation of the UAVs that fly on command. It has its final
-//! slots from the first tick on, so that the damage of a loss shows until it is repaired. Must never use the slots on
-//! the way there.
+//! slots from the first tick on, so that the damage of a loss shows until it is repaired; so has the formation of a
+//! manoeuvre. Must never use the slots on the way there.
 
 use nalgebra::Vector2;
-use ringwing_flight::{FormationFrame, LeaderState, LivingRing, Shape, UavId};
+use ringwing_flight::{FormationFrame, LeaderState, LivingRing, Manoeuvre, Shape, UavId};
 use ringwing_scenario::Scenario;
+use std::sync::Arc;
 
 /// The ring of the UAVs that fly on command; the whole ring where the scenario does not close it.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,6 +15,10 @@ pub struct FlownRing {
     living: LivingRing,
     closes: bool,
     frame: FormationFrame,
+    /// The manoeuvres of the flight, in order of time. Shared, because a reader of logs copies the ring in every tick.
+    manoeuvres: Arc<[Manoeuvre]>,
+    /// How many of them have begun.
+    begun: usize,
     /// The place of each UAV, UAV 1 first. Kept, because the trigonometry of slots and distances takes longer than all other
     /// metrics, and the ring rarely changes.
     places: Vec<RingPlace>,
@@ -48,14 +53,26 @@ impl FlownRing {
     pub fn new(scenario: &Scenario) -> Self {
         let living = scenario.whole_ring();
         let places = places(&living, scenario.formation.uavs);
-        Self { living, closes: scenario.control.ring_closes, frame: scenario.formation.frame, places }
+        let manoeuvres = scenario.planned_manoeuvres().into();
+        let (closes, frame) = (scenario.control.ring_closes, scenario.formation.frame);
+        Self { living, closes, frame, manoeuvres, begun: 0, places }
     }
 
-    /// Makes it the ring of the UAVs whose numbers `is_commanded` holds for.
-    pub(crate) fn follow(&mut self, is_commanded: impl Fn(u32) -> bool) {
-        if self.living.reform(is_commanded) {
+    /// Makes it the formation of `tick`, of the UAVs whose numbers `is_commanded` holds for. Ticks only grow.
+    pub(crate) fn follow(&mut self, tick: i64, is_commanded: impl Fn(u32) -> bool) {
+        let before = self.begun;
+        while let Some(manoeuvre) = self.manoeuvres.get(self.begun).filter(|next| next.begins.0 <= tick) {
+            self.living.turn_to(manoeuvre);
+            self.begun += 1;
+        }
+        if self.living.reform(is_commanded) || self.begun > before {
             self.places = places(&self.living, self.uavs());
         }
+    }
+
+    /// How many manoeuvres have begun.
+    pub(super) fn begun(&self) -> usize {
+        self.begun
     }
 
     /// Who is in the ring: the slots and distances change exactly when this does.

@@ -48,6 +48,7 @@ pub fn judge(scenario: &Scenario, summary: &FlightSummary, collisions: Option<us
     violations.extend(required.separation_min_m.and_then(|least_m| judge_separation(least_m, summary)));
     violations.extend(required.intruder_distance_min_m.and_then(|least_m| judge_intruders(least_m, summary)));
     violations.extend(required.settling_max_s.and_then(|most_s| judge_settling(most_s, summary)));
+    violations.extend(required.recovery_max_s.and_then(|most_s| judge_recovery(most_s, summary)));
     violations.extend(required.slot_error_max_m.and_then(|most_m| judge_slot_error(most_m, summary)));
     violations
         .extend(required.turn_rate_saturated_share_max.and_then(|most| judge_saturation(most, summary)));
@@ -146,6 +147,21 @@ fn judge_settling(most_s: f64, summary: &FlightSummary) -> Option<String> {
             Some(format!("the formation never settled, required within {most_s} s"))
         }
         (None, None) => Some(format!("settling not measured, required within {most_s} s")),
+    }
+}
+
+fn judge_recovery(most_s: f64, summary: &FlightSummary) -> Option<String> {
+    match summary.recovery_max_s {
+        None if summary.fault_moments == 0 => Some(format!(
+            "recovery not measured, as there was no fault or manoeuvre, required within {most_s} s"
+        )),
+        None => {
+            Some(format!("recovery not seen after every fault and manoeuvre, required within {most_s} s"))
+        }
+        Some(recovery_s) if recovery_s > most_s => {
+            Some(format!("longest recovery {recovery_s:.2} s, required within {most_s} s"))
+        }
+        Some(_) => None,
     }
 }
 

@@ -69,13 +69,13 @@ impl<'a> ShownLog<'a> {
 fn reach_m(scenario: &Scenario) -> f64 {
     let leader = scenario.leader_start().position;
     let distances = starts(scenario).map(|start| (start - leader).norm());
-    distances.fold(scenario.formation().reach_m(), f64::max)
+    distances.fold(scenario.reach_m(), f64::max)
 }
 
 fn gap_m(scenario: &Scenario) -> f64 {
     let next = starts(scenario).cycle().skip(1);
     let distances = starts(scenario).zip(next).map(|(one, next)| (next - one).norm());
-    let widest_m = scenario.formation().widest_m();
+    let widest_m = scenario.formations().map(|formation| formation.widest_m()).fold(0.0, f64::max);
     distances.fold(widest_m.max(2.0 * scenario.formation().spacing_m()), f64::max)
 }
 

@@ -49,7 +49,7 @@ impl Scenario {
             return Some(of_turn_rate_m);
         }
         let room_m_s = (airframe.speed_max_m_s - speed_m_s).min(speed_m_s - airframe.speed_min_m_s);
-        let of_speeds_m = speed_m_s * self.formation().reach_m() / room_m_s;
+        let of_speeds_m = speed_m_s * self.reach_m() / room_m_s;
         (room_m_s > 0.0).then_some(of_turn_rate_m.max(of_speeds_m))
     }
 

@@ -8,6 +8,7 @@
 mod airframe;
 mod control;
 mod leader_path;
+mod manoeuvre;
 mod mission;
 mod process;
 mod start;
@@ -16,6 +17,7 @@ mod surroundings;
 pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
 pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection, SafetySection};
 pub use leader_path::LeaderStart;
+pub use manoeuvre::{ManoeuvreSection, SlotOrder};
 pub use mission::{
     Assignment, FormationSection, LeaderSection, OffsetSection, PathKind, PathSection, RequirementsSection,
     ShapeName, TimeSection, WaypointSection,
@@ -25,9 +27,9 @@ pub use start::{DrawSection, StartSection, StartState};
 pub use surroundings::{IntruderSection, ObstacleFieldSection, ObstacleSection};
 
 use crate::{Fault, FaultSchedule, assignment};
-use ringwing_flight::{Formation, LivingRing, Pace, RingOrder};
+use ringwing_flight::{Formation, LivingRing, Manoeuvre, Pace, RingOrder, Tick};
 use serde::{Deserialize, Serialize};
-use std::time::Duration;
+use std::{iter, time::Duration};
 
 /// Seconds that each UAV adds to the time in which a process must be ready: twice what a process needs to start on a slow
 /// core. More lets a stuck process of a large swarm delay the flight for longer; less gives up processes that still
@@ -81,15 +83,33 @@ pub struct Scenario {
     /// The aircraft that nobody controls.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub intruders: Vec<IntruderSection>,
+    /// The planned changes of the formation, in order of time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub manoeuvres: Vec<ManoeuvreSection>,
     /// The faults of processes and links.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
 }
 
 impl Scenario {
-    /// The formation to form.
+    /// The formation to form first.
     pub fn formation(&self) -> Formation {
         self.formation.geometry()
+    }
+
+    /// The formations of the flight: the first one, and that of each manoeuvre.
+    pub fn formations(&self) -> impl Iterator<Item = Formation> {
+        let mut section = self.formation.clone();
+        let changed = self.manoeuvres.iter().map(move |manoeuvre| {
+            section = manoeuvre.applied_to(&section);
+            section.geometry()
+        });
+        iter::once(self.formation()).chain(changed)
+    }
+
+    /// The distance of the farthest slot of any of them from the leader, metres.
+    pub fn reach_m(&self) -> f64 {
+        self.formations().map(|formation| formation.reach_m()).fold(0.0, f64::max)
     }
 
     /// Which UAV has which slot, by the rule that the scenario names.
@@ -104,6 +124,47 @@ impl Scenario {
     pub fn whole_ring(&self) -> LivingRing {
         let on_loss = self.control.ring_closes.then_some(self.membership.on_loss);
         LivingRing::whole(self.formation(), self.ring_order(), on_loss)
+    }
+
+    /// The manoeuvres, in order of time. Who gets which slot depends on the whole formations only, so it does not matter who
+    /// is alive by then.
+    pub fn planned_manoeuvres(&self) -> Vec<Manoeuvre> {
+        let (mut places, mut section) = (self.ring_order(), self.formation.clone());
+        let plan = |manoeuvre: &ManoeuvreSection| {
+            let before = section.geometry();
+            section = manoeuvre.applied_to(&section);
+            let formation = section.geometry();
+            if manoeuvre.order == SlotOrder::Nearest {
+                places = assignment::nearest_places(&before, &places, &formation);
+            }
+            Manoeuvre {
+                begins: self.tick_at(manoeuvre.at_s),
+                lasts_ticks: self.tick_at(manoeuvre.over_s).0,
+                formation,
+                places: places.clone(),
+                goes_round: manoeuvre.order == SlotOrder::Keep,
+            }
+        };
+        self.manoeuvres.iter().map(plan).collect()
+    }
+
+    /// The ring before any loss, in the formation of `tick`.
+    pub fn ring_at(&self, tick: Tick) -> LivingRing {
+        let mut ring = self.whole_ring();
+        let begun = self.planned_manoeuvres().into_iter().filter(|manoeuvre| manoeuvre.begins <= tick);
+        begun.for_each(|manoeuvre| ring.turn_to(&manoeuvre));
+        ring
+    }
+
+    /// The shape that is flown, or moved to, in `tick`.
+    pub fn shape_at(&self, tick: Tick) -> ShapeName {
+        let begun = self.manoeuvres.iter().filter(|manoeuvre| self.tick_at(manoeuvre.at_s) <= tick);
+        begun.filter_map(|manoeuvre| manoeuvre.shape).next_back().unwrap_or(self.formation.shape)
+    }
+
+    /// The tick at `seconds`.
+    pub fn tick_at(&self, seconds: f64) -> Tick {
+        Tick((seconds * f64::from(self.time.rate_hz)).round() as i64)
     }
 
     /// Length of a tick in seconds.
@@ -179,6 +240,7 @@ impl Default for Scenario {
             obstacle_field: ObstacleFieldSection::default(),
             obstacles: Vec::new(),
             intruders: Vec::new(),
+            manoeuvres: Vec::new(),
             faults: Vec::new(),
         }
     }

@@ -1,9 +1,9 @@
 //! The example: a scenario in which every key has a value. It tells which keys exist and which type each has.
 
 use crate::{
-    Fault, FormationSection, IntruderSection, LeaderSection, ObstacleFieldSection, ObstacleSection,
-    OffsetSection, PathSection, RequirementsSection, Scenario, StartSection, StartState, WaypointSection,
-    key,
+    Fault, FormationSection, IntruderSection, LeaderSection, ManoeuvreSection, ObstacleFieldSection,
+    ObstacleSection, OffsetSection, PathSection, RequirementsSection, Scenario, ShapeName, SlotOrder,
+    StartSection, StartState, WaypointSection, key,
 };
 use ringwing_flight::TrackPoint;
 use std::sync::LazyLock;
@@ -20,7 +20,7 @@ static TREE: LazyLock<DeValue<'static>> = LazyLock::new(|| {
 });
 
 /// Keys of lists of sections that may be left out; see [`is_optional`].
-const OPTIONAL: [&str; 7] = [
+const OPTIONAL: [&str; 15] = [
     "obstacles.velocity_m_s",
     "obstacles.waypoints_m",
     "obstacles.waypoint_speed_m_s",
@@ -28,6 +28,14 @@ const OPTIONAL: [&str; 7] = [
     "intruders.turn_rate_rad_s",
     "intruders.waypoints_m",
     "intruders.repeat",
+    "manoeuvres.shape",
+    "manoeuvres.spacing_m",
+    "manoeuvres.bearing_deg",
+    "manoeuvres.sweep_deg",
+    "manoeuvres.aspect",
+    "manoeuvres.inner_ratio",
+    "manoeuvres.columns",
+    "manoeuvres.order",
 ];
 
 /// The example itself: every key has a value, and every list of sections an item.
@@ -47,6 +55,7 @@ pub fn scenario() -> Scenario {
             separation_min_m: Some(10.0),
             intruder_distance_min_m: Some(10.0),
             settling_max_s: Some(20.0),
+            recovery_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
             faults_act: true,
             turn_rate_saturated_share_max: Some(0.5),
@@ -88,6 +97,18 @@ pub fn scenario() -> Scenario {
             },
             ..LeaderSection::default()
         },
+        manoeuvres: vec![ManoeuvreSection {
+            at_s: 30.0,
+            over_s: 12.0,
+            shape: Some(ShapeName::Vee),
+            spacing_m: Some(30.0),
+            bearing_deg: Some(180.0),
+            sweep_deg: Some(30.0),
+            aspect: Some(1.5),
+            inner_ratio: Some(0.45),
+            columns: Some(0),
+            order: SlotOrder::Nearest,
+        }],
         faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("the example of a fault parses")],
         ..Scenario::default()
     }

@@ -74,7 +74,7 @@ fn radius_to_keep(scenario: &Scenario, shape: ShapeName, section: &str) -> Optio
 pub(super) fn offsets(scenario: &Scenario) -> Vec<Violation> {
     let formation = &scenario.formation;
     let (listed, uavs) = (formation.offsets.len(), formation.uavs);
-    if formation.shape != ShapeName::Offsets {
+    if formation.shape != ShapeName::Offsets && !fly_offsets(scenario) {
         return (listed > 0).then(|| unused(formation)).into_iter().collect();
     }
     if listed != uavs as usize {
@@ -88,6 +88,11 @@ pub(super) fn offsets(scenario: &Scenario) -> Vec<Violation> {
     let separation = quantity("safety.separation_m", scenario.safety.separation_m);
     let kept = scenario.control.collision_filter.then_some(separation);
     [Some(collision), kept].into_iter().flatten().filter_map(|least| too_close(formation, least)).collect()
+}
+
+/// Whether any manoeuvre flies the listed offsets.
+fn fly_offsets(scenario: &Scenario) -> bool {
+    scenario.manoeuvres.iter().any(|manoeuvre| manoeuvre.shape == Some(ShapeName::Offsets))
 }
 
 fn unused(formation: &FormationSection) -> Violation {
@@ -105,7 +110,8 @@ fn too_close(formation: &FormationSection, least: CheckedQuantity<'_>) -> Option
     if formation.spacing_m <= 0.0 || formation.offsets.is_empty() {
         return None;
     }
-    let (one, other, apart_m) = formation.geometry().closest()?;
+    let listed = FormationSection { shape: ShapeName::Offsets, ..formation.clone() };
+    let (one, other, apart_m) = listed.geometry().closest()?;
     (apart_m <= least.value).then(|| {
         let key = |slot: u32| format!("formation.offsets.{}", slot - 1);
         let message = format!(

@@ -5,6 +5,7 @@
 mod formation;
 mod intruders;
 mod leader_path;
+mod manoeuvres;
 mod places;
 #[cfg(test)]
 mod tests;
@@ -51,6 +52,7 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(time(scenario));
     violations.extend(formation::quantities(scenario));
     violations.extend(formation::offsets(scenario));
+    violations.extend(manoeuvres::quantities(scenario));
     violations.extend(control(scenario));
     violations.extend(membership(scenario));
     violations.extend(safety(scenario));
@@ -68,6 +70,10 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(places::starts(scenario));
     violations.extend(intruders::intruders(scenario));
     violations.extend(faults(scenario));
+    // The geometry of wrong quantities has no meaning.
+    if violations.is_empty() {
+        violations.extend(manoeuvres::follow(scenario));
+    }
     violations
 }
 
@@ -261,6 +267,7 @@ fn requirements(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         ("requirements.separation_min_m", required.separation_min_m),
         ("requirements.intruder_distance_min_m", required.intruder_distance_min_m),
         ("requirements.settling_max_s", required.settling_max_s),
+        ("requirements.recovery_max_s", required.recovery_max_s),
         ("requirements.slot_error_max_m", required.slot_error_max_m),
     ]
     .into_iter()

@@ -1,5 +1,8 @@
 use super::*;
-use crate::{ObstacleSection, OffsetSection, RequirementsSection, ShapeName, StartState, read};
+use crate::{
+    ManoeuvreSection, ObstacleSection, OffsetSection, RequirementsSection, ShapeName, SlotOrder, StartState,
+    read,
+};
 use ringwing_flight::OnLoss;
 
 /// A valid scenario with an obstacle and a listed start for each UAV.
@@ -9,6 +12,7 @@ fn valid() -> Scenario {
     let beside = |x| StartState { position_m: [f64::from(x), 0.0], ..one };
     scenario.start.uavs = [0, 10, 20, 30, 40, 50].map(beside).into();
     scenario.formation.offsets.clear();
+    scenario.manoeuvres.clear();
     scenario
 }
 
@@ -340,6 +344,107 @@ fn fewer_than_three_uavs_fly_for_benchmarks_alone() {
     };
     assert_eq!(blamed(|s| two(s, false)), ["formation.uavs"]);
     assert_eq!(blamed(|s| two(s, true)), [""; 0]);
+}
+
+/// A manoeuvre to a vee from 30 s on.
+fn to_a_vee(scenario: &mut Scenario, over_s: f64) {
+    scenario.manoeuvres = vec![ManoeuvreSection {
+        at_s: 30.0,
+        over_s,
+        shape: Some(ShapeName::Vee),
+        ..ManoeuvreSection::default()
+    }];
+}
+
+#[test]
+fn a_manoeuvre_that_airframes_cannot_follow_is_refused_with_the_time_that_they_need() {
+    assert_eq!(messages(|s| to_a_vee(s, 10.0)), [""; 0]);
+    let refusals = messages(|s| to_a_vee(s, 1.0));
+    let [refusal] = &refusals[..] else { panic!("{refusals:?}") };
+    assert_eq!(
+        refusal,
+        "manoeuvres.0.over_s: in 1 s, the slot of uav 1 needs speeds outside 12 to 25 m/s: give 3.7 s or more"
+    );
+    // The advice is right, and not more careful than it has to be.
+    assert_eq!(messages(|s| to_a_vee(s, 3.7)), [""; 0]);
+    assert_eq!(blamed(|s| to_a_vee(s, 3.6)), ["manoeuvres.0.over_s"]);
+    let slow = |s: &mut Scenario| {
+        to_a_vee(s, 100.0);
+        s.leader.speed_m_s = 12.0;
+    };
+    assert!(
+        messages(slow)[0].ends_with("no time is long enough at a leader's speed of 12 m/s"),
+        "{:?}",
+        messages(slow)
+    );
+}
+
+#[test]
+fn a_manoeuvre_in_a_turn_needs_the_speeds_that_the_turn_leaves_over() {
+    let in_a_turn = |s: &mut Scenario, frame, over_s| {
+        to_a_vee(s, over_s);
+        s.manoeuvres[0].shape = None;
+        s.manoeuvres[0].spacing_m = Some(50.0);
+        s.formation.frame = frame;
+        (s.leader.path.kind, s.leader.path.radius_m) = (PathKind::Circle, 300.0);
+    };
+    // A slot 40 m to the left rests at 15 (1 - 40 / 300) = 13 m/s, and at 12.5 m/s when it is 50 m away. A slot that moves
+    // 10 m backwards in a fixed frame may lose 3 m/s.
+    assert_eq!(blamed(|s| in_a_turn(s, FormationFrame::Fixed, 3.4)), [""; 0]);
+    assert_eq!(blamed(|s| in_a_turn(s, FormationFrame::Leader, 3.4)), ["manoeuvres.0.over_s"]);
+    // The larger formation itself may be too large for the turn.
+    let wide = |s: &mut Scenario| {
+        in_a_turn(s, FormationFrame::Leader, 100.0);
+        s.manoeuvres[0].spacing_m = Some(70.0);
+    };
+    assert_eq!(blamed(wide), ["leader.path.radius_m"]);
+}
+
+#[test]
+fn manoeuvres_follow_one_another_and_have_the_bounds_of_the_formation() {
+    let two = |s: &mut Scenario, at_s| {
+        to_a_vee(s, 10.0);
+        s.manoeuvres.push(ManoeuvreSection {
+            at_s,
+            over_s: 20.0,
+            shape: Some(ShapeName::Ring),
+            ..ManoeuvreSection::default()
+        });
+    };
+    assert_eq!(messages(|s| two(s, 40.0)), [""; 0]);
+    assert_eq!(
+        messages(|s| two(s, 39.0)),
+        ["manoeuvres.1.at_s: begins at 39 s, but manoeuvres.0 ends at 40 s: begin it later"]
+    );
+    let steep = |s: &mut Scenario| {
+        to_a_vee(s, 10.0);
+        s.manoeuvres[0].sweep_deg = Some(70.0);
+    };
+    assert_eq!(blamed(steep), ["manoeuvres.0.sweep_deg"]);
+    let listed = |s: &mut Scenario| {
+        to_a_vee(s, 10.0);
+        s.manoeuvres[0].shape = Some(ShapeName::Offsets);
+    };
+    assert_eq!(blamed(listed), ["formation.offsets"], "no offsets are listed");
+}
+
+#[test]
+fn slots_that_would_meet_on_the_way_are_refused() {
+    let turned = |s: &mut Scenario, order| {
+        let (shape, bearing_deg) = (Some(ShapeName::Echelon), Some(0.0));
+        s.formation.shape = ShapeName::Echelon;
+        s.manoeuvres = vec![ManoeuvreSection {
+            at_s: 1.0,
+            over_s: 200.0,
+            shape,
+            bearing_deg,
+            order,
+            ..ManoeuvreSection::default()
+        }];
+    };
+    assert_eq!(messages(|s| turned(s, SlotOrder::Nearest)), [""; 0]);
+    let refusals = messages(|s| turned(s, SlotOrder::Keep));
+    assert!(refusals[0].contains("come within 0.00 m of each other"), "{refusals:?}");
 }
 
 /// Six offsets in a line, 20 m apart.

@@ -9,7 +9,7 @@ use ringwing_drawing::{
     RGBColor,
     chart::{Chart, Curve, Mark, Stroke, Symbol},
 };
-use ringwing_flight::{IntruderId, Route, RoutePoint};
+use ringwing_flight::{IntruderId, Route, RoutePoint, UavId};
 use ringwing_recorder::show::circle;
 use ringwing_scenario::{IntruderSection, ObstacleSection};
 
@@ -69,7 +69,8 @@ fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     // line.
     let leader = points(&flight.leader_x_m, &flight.leader_y_m).into_iter().flatten().map(Some).collect();
     lines.push(Curve { name: "leader".into(), stroke: Stroke::Dashed, ..path(LEADER, leader) });
-    let name = flight.scenario.formation.shape.name();
+    let is_same = flight.scenario.manoeuvres.is_empty();
+    let name = if is_same { flight.scenario.formation.shape.name() } else { "formation" };
     lines.extend(
         moments(flight).map(|tick| Curve { name: name.into(), ..path(GREY, formation(flight, tick)) }),
     );
@@ -89,11 +90,12 @@ fn moments(flight: &LoggedFlight) -> impl Iterator<Item = usize> {
 /// The line through the UAVs that fly on command at a tick, in the order of their slots; closed where the shape goes round
 /// its centre.
 fn formation(flight: &LoggedFlight, tick: usize) -> Vec<Option<(f64, f64)>> {
-    let order = flight.scenario.ring_order();
-    let in_order = order.uavs().iter().map(|uav| &flight.uavs[uav.index()]);
+    let time_s = flight.times_s.get(tick).copied().unwrap_or_default();
+    let ring = flight.scenario.ring_at(flight.scenario.tick_at(time_s));
+    let in_order = ring.in_formation().map(|number| &flight.uavs[UavId(number).index()]);
     let members = in_order.filter(|uav| uav.commanded.get(tick) == Some(&true));
     let mut line: Vec<_> = members.filter_map(|uav| place(uav, tick)).map(Some).collect();
-    if !flight.scenario.formation().shape().is_path() {
+    if !ring.formation().shape().is_path() {
         line.extend(line.first().copied());
     }
     line

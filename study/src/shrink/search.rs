@@ -50,6 +50,7 @@ pub fn shrink(
     loop {
         let before = search.smallest.clone();
         search.drop_faults();
+        search.drop_manoeuvres();
         search.shorten();
         search.drop_uavs();
         search.reduce_faults();
@@ -155,6 +156,15 @@ impl<F: FnMut(Progress<'_>)> Search<F> {
             if !(is_smaller && size == 1) {
                 size /= 2;
             }
+        }
+    }
+
+    /// Leaves out manoeuvres, the last one first.
+    fn drop_manoeuvres(&mut self) {
+        for index in (0..self.smallest.manoeuvres.len()).rev() {
+            let mut candidate = self.smallest.clone();
+            candidate.manoeuvres.remove(index);
+            self.accept(candidate);
         }
     }
 

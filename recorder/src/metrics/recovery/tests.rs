@@ -1,5 +1,9 @@
 use super::*;
 
+fn loss(tick: i64, text: &str) -> Disturbance {
+    Disturbance { tick, text: text.into(), is_fault: true }
+}
+
 fn wholeness(is_whole: bool) -> Wholeness {
     if is_whole { Wholeness::Whole } else { Wholeness::Broken }
 }
@@ -9,7 +13,7 @@ fn flown(faults: &[i64], broken: std::ops::Range<i64>, ticks: i64) -> Recoveries
     let mut watch = RecoveryWatch::new(10);
     for tick in 0..ticks {
         if faults.contains(&tick) {
-            watch.on_disturbance(tick, &format!("loss {tick}"));
+            watch.on_disturbance(&loss(tick, &format!("loss {tick}")));
         }
         watch.observe(tick, wholeness(!broken.contains(&tick)));
     }
@@ -54,7 +58,7 @@ fn without_uavs_or_slots_nothing_recovers() {
     for wholeness in [Wholeness::of(0, None), Wholeness::of(6, None)] {
         let mut watch = RecoveryWatch::new(10);
         (0..20).for_each(|tick| watch.observe(tick, Wholeness::Whole));
-        watch.on_disturbance(20, "all are killed");
+        watch.on_disturbance(&loss(20, "all are killed"));
         // Airframes keep their last command for a moment, so the formation still looks whole.
         (20..25).for_each(|tick| watch.observe(tick, Wholeness::Whole));
         (25..200).for_each(|tick| watch.observe(tick, wholeness));
@@ -66,7 +70,7 @@ fn without_uavs_or_slots_nothing_recovers() {
 fn faults_of_one_tick_are_one_moment() {
     let mut watch = RecoveryWatch::new(10);
     for what in ["one", "two", "three", "four", "five"] {
-        watch.on_disturbance(7, what);
+        watch.on_disturbance(&loss(7, what));
     }
     let Recoveries { faults, moments, listed, .. } = watch.recoveries();
     assert_eq!((faults, moments, listed.len(), listed[0].faults), (5, 1, 1, 5));
@@ -79,7 +83,7 @@ fn of_many_moments_the_first_the_worst_and_the_last_are_listed() {
     // A fault every 20 ticks, and the formation is whole again 1 tick later; after fault 150, 9 ticks later.
     for tick in 0..=20 * 200 + 6 {
         if tick % 20 == 0 {
-            watch.on_disturbance(tick, &format!("loss {}", tick / 20));
+            watch.on_disturbance(&loss(tick, &format!("loss {}", tick / 20)));
         }
         let broken_for = if tick / 20 == 150 { 9 } else { 1 };
         watch.observe(tick, wholeness(tick % 20 >= broken_for));
@@ -94,12 +98,12 @@ fn of_many_moments_the_first_the_worst_and_the_last_are_listed() {
 #[test]
 fn a_late_report_gives_the_same_recovery_as_one_in_time() {
     let (mut in_time, mut late) = (RecoveryWatch::new(10), RecoveryWatch::new(10));
-    in_time.on_disturbance(7, "loss");
+    in_time.on_disturbance(&loss(7, "loss"));
     for tick in 7..10 {
         in_time.observe(tick, wholeness(tick == 9));
         late.observe(tick, wholeness(tick == 9));
     }
-    late.on_disturbance(7, "loss");
+    late.on_disturbance(&loss(7, "loss"));
     for tick in 10..70 {
         in_time.observe(tick, Wholeness::Whole);
         late.observe(tick, Wholeness::Whole);
@@ -111,11 +115,25 @@ fn a_late_report_gives_the_same_recovery_as_one_in_time() {
 #[test]
 fn a_report_after_that_of_a_later_fault_is_listed_in_order_of_time() {
     let mut watch = RecoveryWatch::new(10);
-    watch.on_disturbance(40, "second");
+    watch.on_disturbance(&loss(40, "second"));
     (40..100).for_each(|tick| watch.observe(tick, Wholeness::Whole));
-    watch.on_disturbance(20, "first");
+    watch.on_disturbance(&loss(20, "first"));
     let recoveries = watch.recoveries();
     assert_eq!(times(&recoveries), [None, Some(0.0)]);
     let first = &recoveries.listed[0];
     assert_eq!((first.fault.as_str(), first.cut_short_by.as_deref()), ("first", Some("second")));
+}
+
+#[test]
+fn a_manoeuvre_has_to_be_recovered_from_and_is_no_fault() {
+    let mut watch = RecoveryWatch::new(10);
+    for tick in 0..200 {
+        if tick == 20 {
+            watch.on_disturbance(&Disturbance { tick, text: "manoeuvre 1: vee".into(), is_fault: false });
+        }
+        watch.observe(tick, wholeness(!(20..70).contains(&tick)));
+    }
+    let recoveries = watch.recoveries();
+    assert_eq!((recoveries.faults, recoveries.moments, recoveries.longest_s), (0, 1, Some(5.0)));
+    assert_eq!((recoveries.listed[0].faults, &*recoveries.listed[0].fault), (0, "manoeuvre 1: vee"));
 }

@@ -5,6 +5,7 @@ use crate::{
     testing,
 };
 use ringwing_flight::{AfterLoss, Event, FlightMode, Part, ProcessEnd, Tick, TimedEvent, UavId};
+use ringwing_scenario::ManoeuvreSection;
 
 /// A ring of `uavs` at 10 Hz past an obstacle far away, with every requirement, each of which an undisturbed flight meets.
 fn strict(uavs: u32) -> Scenario {
@@ -18,6 +19,8 @@ fn strict(uavs: u32) -> Scenario {
         // There are no intruders here; a test of its own has one.
         intruder_distance_min_m: None,
         settling_max_s: Some(20.0),
+        // Of an undisturbed flight it cannot be measured.
+        recovery_max_s: None,
         slot_error_max_m: Some(0.05),
         turn_rate_saturated_share_max: Some(0.25),
         unplanned_losses_max: 0,
@@ -263,4 +266,30 @@ fn a_flight_in_lockstep_that_does_not_wait_is_no_success() {
     assert!(violated.len() == 1 && violated[0].starts_with(expected), "{violated:?}");
     scenario.time.real_time = true;
     assert_eq!(violated_by(&scenario, &[silent]), [""; 0]);
+}
+
+#[test]
+fn recovery_has_to_be_measured_seen_and_quick() {
+    let mut scenario = testing::ring_of(3, 40.0);
+    scenario.time.rate_hz = 10;
+    scenario.requirements.recovery_max_s = Some(2.0);
+    let judge = |scenario: &Scenario, ticks: i64, broken: i64| {
+        let summary = flown(scenario, ticks, |tick, frame| {
+            if (10..10 + broken).contains(&tick) {
+                frame.uavs[0].state.as_mut().unwrap().slot_error_m = Some(3.0);
+            }
+        });
+        judged(scenario, &summary)
+    };
+    assert_eq!(
+        judge(&scenario, 100, 0),
+        ["recovery not measured, as there was no fault or manoeuvre, required within 2 s"]
+    );
+    scenario.manoeuvres = vec![ManoeuvreSection { at_s: 1.0, over_s: 1.0, ..ManoeuvreSection::default() }];
+    assert_eq!(judge(&scenario, 100, 15), [""; 0]);
+    assert_eq!(judge(&scenario, 100, 30), ["longest recovery 3.00 s, required within 2 s"]);
+    assert_eq!(
+        judge(&scenario, 40, 15),
+        ["recovery not seen after every fault and manoeuvre, required within 2 s"]
+    );
 }

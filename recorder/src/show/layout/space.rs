@@ -29,7 +29,7 @@ const GRID_LINES: f64 = 120.0;
 /// A 3D panel that follows the swarm, seen from behind and above.
 pub(super) fn following(shown: &ShownLog, panels: &mut Panels) -> Value {
     // Far enough that the formation fits with a margin, and the whole swarm at the start.
-    let radius_m = shown.scenario.formation().reach_m();
+    let radius_m = shown.scenario.reach_m();
     let camera = camera(radius_m.mul_add(3.6, 40.0).max(START_VIEW * shown.reach_m), 42.0, [0.0, 0.0]);
     let config = config(shown.scenario, "leader", "follow-position", &camera);
     panels.add("3D", "The swarm, following its leader", config)
@@ -120,7 +120,7 @@ fn grid(scenario: &Scenario) -> Value {
     let formation = scenario.formation();
     // The leader's path, with a margin around the formation.
     let (middle, way_m) = extent(scenario);
-    let wanted_m = way_m + 12.0 * formation.reach_m();
+    let wanted_m = way_m + 12.0 * scenario.reach_m();
     // A multiple of L, so that distances can be read off the squares, and large enough to need no more than
     // `GRID_LINES`.
     let square_m = formation.spacing_m() * (wanted_m / formation.spacing_m() / GRID_LINES).ceil();

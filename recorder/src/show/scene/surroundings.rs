@@ -200,7 +200,7 @@ mod tests {
         let mut scenario = testing::ring_of(6, 40.0);
         scenario.control.ring_closes = true;
         let mut flown = FlownRing::new(&scenario);
-        flown.follow(|number| number != 2);
+        flown.follow(0, |number| number != 2);
         let scene = formation(&flown, 40.0, Clock::new(100), 0);
         let [circle, slots @ ..] = &scene.entities[0].lines[..] else { panic!("a circle and slots") };
         // Five UAVs 40 m apart lie on a circle of 20 m / sin(36 deg).
