@@ -13,7 +13,7 @@ const INDENT: usize = 14;
 
 /// What people come for, and the verbs for it. Each visible verb is in one group.
 const GROUPS: [(&str, &[&str]); 6] = [
-    ("Fly a swarm", &["run", "fault"]),
+    ("Fly a swarm", &["run", "fault", "pause", "step", "resume"]),
     ("Look at a flight", &["review", "verify", "compare", "recover"]),
     ("Find out what a formation stands", &["sweep", "margin", "shrink"]),
     ("Measure how long a tick takes", &["bench"]),
@@ -25,7 +25,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
 ];
 
 /// Examples for each verb, as they are typed.
-const EXAMPLES: [(&str, &[&str]); 14] = [
+const EXAMPLES: [(&str, &[&str]); 17] = [
     (
         "run",
         &[
@@ -43,6 +43,9 @@ const EXAMPLES: [(&str, &[&str]); 14] = [
             "ringwing fault runs/latest list",
         ],
     ),
+    ("pause", &["ringwing pause latest"]),
+    ("step", &["ringwing step latest", "ringwing step hr85rx 25"]),
+    ("resume", &["ringwing resume latest"]),
     ("review", &["ringwing review latest", "ringwing review runs/a runs/b --out both"]),
     ("verify", &["ringwing verify latest", "ringwing verify latest --processes"]),
     ("compare", &["ringwing compare runs/a runs/b"]),

@@ -13,10 +13,12 @@ mod fault_command;
 mod fault_picture;
 mod help;
 mod launcher;
+mod live_run;
 mod log_room;
 mod margin;
 mod output;
 mod package_files;
+mod pause_command;
 mod real_time;
 mod recover_command;
 mod review;
@@ -58,6 +60,12 @@ enum Verb {
     Run(Box<run::RunArgs>),
     /// Inject a fault into a live run
     Fault(fault_command::FaultArgs),
+    /// Let a live flight in lockstep stand still before its next tick
+    Pause(pause_command::PauseArgs),
+    /// Let a paused flight fly some ticks
+    Step(pause_command::StepArgs),
+    /// Let a paused flight fly on
+    Resume(pause_command::PauseArgs),
     /// Summarize and draw a flight from its log
     Review(review::ReviewArgs),
     /// Repeat the flight of a log and compare every message
@@ -186,6 +194,9 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),
         Verb::Fault(args) => ("", fault_command::run(&args)),
+        Verb::Pause(args) => ("", pause_command::pause(&args)),
+        Verb::Step(args) => ("", pause_command::step(&args)),
+        Verb::Resume(args) => ("", pause_command::resume(&args)),
         Verb::Completion { shell } => ("", completion::run(shell)),
         Verb::Review(args) => ("", review::run(&args)),
         Verb::Verify(args) => ("", verify::run(&args)),

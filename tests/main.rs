@@ -30,6 +30,7 @@ mod shrink;
 mod simulated;
 mod simulation;
 mod sizes;
+mod stepping;
 mod sweep;
 mod tools;
 mod wiring;

@@ -36,6 +36,11 @@ impl AwakeClock {
         self.pass(step)
     }
 
+    /// Looks at the clock without counting the time since the last look.
+    pub fn skip(&mut self) {
+        self.last = Instant::now();
+    }
+
     /// Lets `step` pass since the last look; returns it if the process slept.
     fn pass(&mut self, step: Duration) -> Duration {
         let slept = step > STEP_MAX;
@@ -88,6 +93,10 @@ mod tests {
         clock.last -= Duration::from_secs(10);
         assert!(clock.look() >= Duration::from_secs(10));
         assert!(clock.awake() < Duration::from_secs(1), "{clock:?}");
+        let before = clock.awake();
+        clock.last -= Duration::from_millis(100);
+        clock.skip();
+        assert_eq!(clock.awake(), before, "time that is skipped does not count");
     }
 
     #[test]

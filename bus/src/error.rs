@@ -15,6 +15,14 @@ pub enum BusError {
         /// What is wrong with it.
         problem: String,
     },
+    /// The run's launcher gives no answer.
+    #[error("domain {id}: {problem}")]
+    NoAnswer {
+        /// The domain's name.
+        id: String,
+        /// Why there is none.
+        problem: String,
+    },
     /// The run belongs to somebody else.
     #[error("domain {id}: permission denied: the run belongs to user {owner}")]
     Permission {

@@ -7,7 +7,8 @@
 //!   carries everything to the log, and a `channel` carries rare messages.
 //! - `gate` is the page at which all processes step through time, made of [`page`] and [`futex`]; `waker` and
 //!   `wait_strategy` are how they wait for it.
-//! - `member` is a process that takes part in a run, and `answerer` one that answers ticks. `process`, `node` and
+//! - `member` is a process that takes part in a run, and `answerer` one that answers ticks. `request` asks the launcher of a
+//!   run for something. `process`, `node` and
 //!   `stop` are what they need of the operating system and of iceoryx2.
 //! - `demand` is what a run takes of the machine, and `capacity` what the machine has.
 //! - `awake` holds time limits that a stopped run does not use up, and `files` writes files that are whole or not there.
@@ -37,6 +38,7 @@ mod placement;
 mod probe;
 mod process;
 pub mod report;
+mod request;
 mod retry;
 pub mod services;
 mod stamp;
@@ -66,6 +68,7 @@ pub use process::{
     close_files_on_spawn, die_with, heeded, is_running, raise_open_files_limit, stop_self,
     survive_file_size_limit,
 };
+pub use request::{Answer, REFUSED};
 pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
 pub use stop::StopFlag;

@@ -78,7 +78,10 @@ impl Supervisor<'_> {
 
     /// Answers the requests whose faults are applied, and lets the world go on.
     fn release(&mut self, now: Tick) -> Result<(), LaunchError> {
-        for (reply, answer) in self.faults.release(now) {
+        let answers = self.faults.release(now);
+        // In real time nothing is ever paused, so the tick that is open counts for nothing here.
+        let steps = self.stepper.on_held(now);
+        for (reply, answer) in answers.into_iter().chain(steps) {
             reply.send(&answer);
         }
         match self.plan.scenario.pace() {
@@ -100,7 +103,7 @@ impl Supervisor<'_> {
         Ok(())
     }
 
-    /// Handles a request for a fault, or for the list of faults.
+    /// Handles a request for a fault, for the list of faults, or for a pause.
     pub(super) fn on_request(&mut self, request: LiveRequest<Reply>) -> Result<(), LaunchError> {
         if request.sentence == LIST {
             let now = self.gate.tick().unwrap_or(Tick(0));
@@ -110,6 +113,13 @@ impl Supervisor<'_> {
         if self.stage() != RunStage::Flying {
             request.reply.send("refused: the flight has not begun, or is over");
             return Ok(());
+        }
+        if let Ok(pause) = request.sentence.parse() {
+            return self.on_pause_request(pause, request.reply);
+        }
+        // A flight that stands for the user has not opened the tick that was released, so the fault can still act before it.
+        if self.stepper.is_standing() {
+            self.faults.reopen();
         }
         self.faults.submit(request);
         // In lockstep this roster makes the world hold the next tick.

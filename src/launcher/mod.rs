@@ -3,7 +3,7 @@
 //! Must never fly, and never touch a sample on the tick path.
 //!
 //! [`supervisor`] runs the loop. What it has to do comes from pure modules: [`lifecycle`] for each process,
-//! [`process_table`] for the roster, [`fault_queue`] for the faults.
+//! [`process_table`] for the roster, [`fault_queue`] for the faults, [`stepper`] for pauses that the user asks for.
 
 mod fault_queue;
 mod faults;
@@ -15,9 +15,11 @@ mod ports;
 mod process_table;
 mod progress;
 mod spawner;
+mod stepper;
 mod supervisor;
 
 pub(crate) use progress::Progress;
+pub(crate) use stepper::PauseRequest;
 
 use inbox::Inbox;
 use ports::LauncherPorts;

@@ -1,15 +1,17 @@
-//! A run that stands still as a whole: stopped by Ctrl-Z, by a paused container, by a closed laptop.
+//! A run that stands still as a whole: stopped by Ctrl-Z, by a paused container, by a closed laptop, or paused by the user.
 //!
 //! Must never change the flight: in lockstep it goes on to the bit as if nothing had happened.
 
 use super::{
     LaunchError,
+    inbox::Reply,
     lifecycle::{ProcessSignal, RunStage},
     spawner::send_signal,
+    stepper::PauseRequest,
     supervisor::Supervisor,
 };
 use ringwing_bus::stop_self;
-use ringwing_flight::{Event, Pace};
+use ringwing_flight::{Event, Pace, Tick};
 use std::time::Duration;
 
 /// The shortest pause that the run mentions. Shorter ones are everyday on a busy machine.
@@ -37,8 +39,38 @@ impl Supervisor<'_> {
         }
     }
 
+    /// Handles a request to pause, to step or to resume the flight.
+    pub(super) fn on_pause_request(
+        &mut self,
+        request: PauseRequest,
+        reply: Reply,
+    ) -> Result<(), LaunchError> {
+        if self.plan.scenario.pace() == Pace::RealTime {
+            reply.send("refused: a flight in real time follows the wall clock: fly in lockstep to pause it");
+            return Ok(());
+        }
+        let now = self.gate.tick().unwrap_or(Tick(0));
+        for (reply, answer) in self.stepper.submit(request, reply, now) {
+            reply.send(&answer);
+        }
+        self.progress.set_paused(self.stepper.is_paused());
+        self.publish_roster()
+    }
+
+    /// Tells whoever waits for a step that the flight is over.
+    pub(super) fn end_steps(&mut self) {
+        for (reply, answer) in self.stepper.on_end(self.progress.last_tick()) {
+            reply.send(&answer);
+        }
+    }
+
     /// Looks at the clock, and says for how long the run stood still if it did.
-    pub(super) fn note_pause(&mut self) -> Result<(), LaunchError> {
+    pub(super) fn note_sleep(&mut self) -> Result<(), LaunchError> {
+        // No process is late while the user looks at a flight that stands.
+        if self.stepper.is_standing() {
+            self.clock.skip();
+            return Ok(());
+        }
         let asleep = self.clock.look();
         // A flight in lockstep, and its log, are the same however long it took.
         let is_news = asleep >= PAUSE_MIN && self.plan.scenario.pace() == Pace::RealTime;

@@ -3,7 +3,7 @@
 //! Must never start or signal a process: it knows only what the supervisor tells it.
 
 use super::lifecycle::{Lifecycle, SupervisionLimits};
-use ringwing_flight::{Part, Roster, Tick, UavId};
+use ringwing_flight::{Part, Roster, UavId};
 use std::collections::BTreeMap;
 
 /// All processes of a run by their parts.
@@ -60,10 +60,10 @@ impl ProcessTable {
         self.processes.iter().filter(move |(_, process)| condition(process)).map(|(part, _)| *part)
     }
 
-    /// The roster with number `revision`: which processes take part now, and up to which tick the world may fly.
-    pub(super) fn roster(&self, revision: u64, free_before: Tick) -> Roster {
+    /// The roster with number `revision`: which processes take part now. The world may open every tick.
+    pub(super) fn roster(&self, revision: u64) -> Roster {
         let mut roster = Roster::empty();
-        (roster.revision, roster.free_before) = (revision, free_before);
+        roster.revision = revision;
         roster.set_leader(self.get(Part::Leader).is_running());
         roster.set_recorder(self.get(Part::Recorder).is_reading());
         roster.set_hold(self.processes.values().any(Lifecycle::holds_flight));
@@ -103,7 +103,7 @@ mod tests {
     }
 
     fn roster(table: &ProcessTable) -> Roster {
-        table.roster(5, Tick(70))
+        table.roster(5)
     }
 
     #[test]
@@ -111,7 +111,7 @@ mod tests {
         let roster = roster(&ready());
         assert!(UavId::all(3).all(|uav| roster.has(uav)));
         assert!(roster.has_leader() && roster.has_recorder() && !roster.holds());
-        assert_eq!((roster.revision, roster.free_before), (5, Tick(70)));
+        assert_eq!((roster.revision, roster.free_before), (5, Roster::empty().free_before));
     }
 
     #[test]

@@ -21,6 +21,7 @@ pub(crate) struct Progress<'a> {
     /// When the first tick was shown, and its simulated time.
     begin: Option<(Instant, f64)>,
     last_tick: Tick,
+    is_paused: bool,
     formation: Option<FormationError>,
     events: u32,
 }
@@ -38,7 +39,16 @@ impl<'a> Progress<'a> {
         let has_bar = output::columns(&io::stderr()) >= BAR_COLUMNS_MIN;
         let style = ProgressStyle::with_template(if has_bar { "{bar:24} {wide_msg}" } else { "{wide_msg}" });
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self { scenario, bar, is_quiet, begin: None, last_tick: Tick(0), formation: None, events: 0 }
+        Self {
+            scenario,
+            bar,
+            is_quiet,
+            begin: None,
+            last_tick: Tick(0),
+            is_paused: false,
+            formation: None,
+            events: 0,
+        }
     }
 
     /// Prints `line` above the progress line.
@@ -75,6 +85,11 @@ impl<'a> Progress<'a> {
         self.formation = Some(*formation);
     }
 
+    /// Shows from the next update on whether the user has paused the flight.
+    pub(super) fn set_paused(&mut self, is_paused: bool) {
+        self.is_paused = is_paused;
+    }
+
     /// Shows that the flight has come to `tick`.
     pub(crate) fn update(&mut self, tick: Option<Tick>) {
         let Some(tick) = tick else { return };
@@ -82,7 +97,11 @@ impl<'a> Progress<'a> {
         let flown_s = self.last_tick.seconds(self.scenario.time.rate_hz);
         let (begin, begun_s) = *self.begin.get_or_insert_with(|| (Instant::now(), flown_s));
         let factor = real_time_factor(flown_s - begun_s, begin.elapsed().as_secs_f64());
-        let pace = factor.map_or_else(String::new, |factor| format!(" at {factor:.0}x"));
+        let pace = match factor {
+            _ if self.is_paused => ", paused".into(),
+            Some(factor) => format!(" at {factor:.0}x"),
+            None => String::new(),
+        };
         let (formation, events) = (self.formation_text(), counted(self.events, "event"));
         self.bar.set_position(self.last_tick.0.cast_unsigned());
         self.bar.set_message(format!("{flown_s:.1} s{pace}, {formation}, {events}"));

@@ -13,6 +13,7 @@ use super::{
     process_table::ProcessTable,
     progress::Progress,
     spawner::{Spawner, send_signal},
+    stepper::Stepper,
 };
 use ringwing_bus::{
     AwakeClock, Domain, Gate, Patience, Shortage, Stamps, domain::Reserve, is_running, report,
@@ -48,6 +49,7 @@ pub(super) struct Supervisor<'a> {
     spawner: Spawner<'a>,
     pub(super) processes: ProcessTable,
     pub(super) faults: FaultQueue<'a, Reply>,
+    pub(super) stepper: Stepper<Reply>,
     pub(super) progress: Progress<'a>,
     folder: PathBuf,
     /// The lifecycles' clock. It stands still while the launcher is stopped, so that a run that was stopped as a whole
@@ -97,6 +99,7 @@ impl<'a> Supervisor<'a> {
             spawner: Spawner::new(plan, domain.id(), log),
             processes: ProcessTable::new(scenario.formation.uavs, limits(scenario), is_by_hand),
             faults: FaultQueue::new(scenario),
+            stepper: Stepper::new(scenario.time.rate_hz),
             progress: Progress::new(scenario, plan.quiet),
             folder: folder.to_owned(),
             clock: AwakeClock::start(),
@@ -135,6 +138,7 @@ impl<'a> Supervisor<'a> {
             times.flight = takeoff.elapsed();
             result
         });
+        self.end_steps();
         self.note_error(result);
         // Ask the world to stop first: it must not go on behind a closed gate.
         self.gate.request_stop();
@@ -168,7 +172,7 @@ impl<'a> Supervisor<'a> {
 
     fn watch_flight(&mut self) -> Result<(), LaunchError> {
         while self.stage() != RunStage::Over {
-            let is_busy = self.processes.is_any_starting() || self.faults.is_busy();
+            let is_busy = self.processes.is_any_starting() || self.faults.is_busy() || self.stepper.is_busy();
             self.wait(if is_busy { BUSY_WAIT } else { IDLE_WAIT })?;
             self.apply_faults()?;
             self.progress.update(self.gate.tick());
@@ -229,7 +233,7 @@ impl<'a> Supervisor<'a> {
             // A hold only ends the wait: the caller applies faults after every wait.
             Some(Notice::Held) | None => {}
         }
-        self.note_pause()?;
+        self.note_sleep()?;
         self.note_ready_processes()?;
         self.parts().try_for_each(|part| self.report(part, Input::ClockTicked))?;
         self.receive()
@@ -321,7 +325,9 @@ impl<'a> Supervisor<'a> {
             return Ok(());
         }
         self.revision += 1;
-        let roster = self.processes.roster(self.revision, self.faults.free_before());
+        let mut roster = self.processes.roster(self.revision);
+        roster.free_before = self.faults.free_before().min(self.stepper.free_before());
+        roster.set_paused(self.stepper.is_paused());
         self.ports.roster.send(roster, Stamps::now())?;
         self.gate.nudge_world();
         Ok(())

@@ -16,6 +16,7 @@ const UNBOUNDED: Tick = Tick(i64::MAX);
 const LEADER: u64 = 1;
 const RECORDER: u64 = 2;
 const HOLD: u64 = 4;
+const PAUSED: u64 = 8;
 
 /// Which processes the world may wait for. The launcher sends it whenever it changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
@@ -23,7 +24,8 @@ const HOLD: u64 = 4;
 pub struct Roster {
     /// Grows by one with each change.
     pub revision: u64,
-    /// In lockstep the world must not open this tick or a later one: the launcher has to apply a fault first.
+    /// In lockstep the world must not open this tick or a later one: the launcher has to apply a fault first, or the user
+    /// has paused the flight.
     pub free_before: Tick,
     flags: u64,
     /// The agents that run: one bit each, UAV 1 in the lowest bit of the first word.
@@ -75,6 +77,16 @@ impl Roster {
     pub fn set_hold(&mut self, hold: bool) {
         set_bits(&mut self.flags, HOLD, hold);
     }
+
+    /// Whether the user pauses or steps the flight. In lockstep no time limit runs meanwhile.
+    pub fn is_paused(&self) -> bool {
+        self.flags & PAUSED != 0
+    }
+
+    /// Notes whether the user pauses or steps the flight.
+    pub fn set_paused(&mut self, paused: bool) {
+        set_bits(&mut self.flags, PAUSED, paused);
+    }
 }
 
 fn bit(uav: UavId) -> u64 {
@@ -108,6 +120,9 @@ mod tests {
         assert!(roster.has_recorder() && !roster.has_leader() && !roster.holds());
         roster.set_hold(true);
         roster.set_recorder(false);
-        assert!(!roster.has_recorder() && roster.holds());
+        assert!(!roster.has_recorder() && roster.holds() && !roster.is_paused());
+        roster.set_paused(true);
+        roster.set_hold(false);
+        assert!(!roster.holds() && roster.is_paused());
     }
 }

@@ -140,6 +140,11 @@ impl<'a, R> FaultQueue<'a, R> {
         self.released != Some(now)
     }
 
+    /// Takes back that a tick was released. The world must hold it still, for another reason than faults.
+    pub(super) fn reopen(&mut self) {
+        self.released = None;
+    }
+
     /// The faults that were added during the run.
     pub(super) fn added(&self) -> &[Fault] {
         &self.faults[self.scenario.faults.len()..]

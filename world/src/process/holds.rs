@@ -1,13 +1,14 @@
 //! What keeps the world from opening the next tick: in lockstep, simulated time stands still for other processes.
 //!
 //! Faults are applied, lost processes replaced and the log written between two ticks, so that none of it depends on
-//! scheduling. Every hold is bounded: a process that never comes back costs time, and an event says so.
+//! scheduling. Every hold is bounded: a process that never comes back costs time, and an event says so. Only a pause that
+//! the user asked for lasts until the user ends it, or the run.
 //!
 //! Never holds in real time, where time cannot stand still.
 
 use super::{
     World,
-    wait::{RECHECK, WaitEnd, wait_until},
+    wait::{RECHECK, WaitEnd, WaitMode, wait_until},
 };
 use ringwing_bus::{BusError, TickProbe};
 use ringwing_flight::{Event, Roster, Tick};
@@ -33,6 +34,9 @@ pub(super) struct Holds {
     /// Time limit for the launcher to apply a fault or to replace a process.
     pub(super) hold_timeout: Duration,
     recorder_lag_ticks: i64,
+    /// The tick that is to be opened next, and whether the launcher has let the world open it.
+    next: Tick,
+    is_next_free: bool,
     /// Whether a replacement did not come in time. Then the world waits for no replacement until the launcher ends
     /// this hold.
     gave_up_replacement: bool,
@@ -48,6 +52,8 @@ impl Holds {
             answer_timeout: scenario.answer_limit(),
             hold_timeout: scenario.start_limit() * START_LIMITS,
             recorder_lag_ticks: recorder_lag_ticks(scenario, journal_depth),
+            next: Tick::APPROACH,
+            is_next_free: false,
             gave_up_replacement: false,
             recorder_stuck_at: None,
         }
@@ -65,9 +71,18 @@ impl Holds {
             && self.recorder_stuck_at != Some(recorded)
     }
 
-    /// Waits for replacements again once the newest roster needs none.
+    /// Takes in a roster; each one has to come here, in order.
+    ///
+    /// Waits for replacements again once a roster needs none. A tick that the launcher has let the world open stays free,
+    /// even if the next roster is there before the world has looked: the launcher takes that tick for past.
     pub(super) fn on_roster(&mut self, roster: &Roster) {
         self.gave_up_replacement &= roster.holds();
+        self.is_next_free |= roster.free_before > self.next;
+    }
+
+    /// Turns to the tick `next`, of which only the newest `roster` says whether the world may open it.
+    fn turn_to(&mut self, next: Tick, roster: &Roster) {
+        (self.next, self.is_next_free) = (next, roster.free_before > next);
     }
 }
 
@@ -102,7 +117,8 @@ impl<P: TickProbe> World<'_, P> {
     /// Holds until the launcher has applied the faults of the next tick.
     fn hold_for_faults(&mut self) -> Result<(), BusError> {
         let next = self.airspace.now();
-        let is_free = move |world: &Self| world.answers.roster().free_before > next;
+        self.holds.turn_to(next, self.answers.roster());
+        let is_free = |world: &Self| world.holds.is_next_free;
         if is_free(self) {
             return Ok(());
         }
@@ -137,7 +153,9 @@ impl<P: TickProbe> World<'_, P> {
         }
         // At a low rate a batch is longer than the lag allowed, and the recorder would sleep until the batch is full.
         self.ports.gate.call_recorder();
-        if self.wait_for_news(self.holds.answer_timeout, keeps_up)? == WaitEnd::Overdue {
+        // This limit runs during a pause as well: the user waits for a step that waits for the recorder.
+        let end = wait_until(self, self.holds.answer_timeout, keeps_up, Self::timed, Self::await_news)?;
+        if end == WaitEnd::Overdue {
             self.holds.recorder_stuck_at = Some(self.ports.gate.recorded());
             self.log_event(Event::RecorderSilent)?;
         }
@@ -150,9 +168,11 @@ impl<P: TickProbe> World<'_, P> {
         let is_fetched = |world: &Self| {
             !world.answers.roster().has_recorder() || world.ports.gate.recorded() >= world.airspace.flown()
         };
-        let is_told_to_leave = |world: &Self| world.ports.is_told_to_leave();
+        let mode = |world: &Self| {
+            if world.ports.is_told_to_leave() { WaitMode::Stopped } else { WaitMode::Timed }
+        };
         let limit = self.holds.answer_timeout;
-        wait_until(self, limit, is_fetched, is_told_to_leave, Self::await_news).map(drop)
+        wait_until(self, limit, is_fetched, mode, Self::await_news).map(drop)
     }
 
     fn wait_for_news(
@@ -160,7 +180,20 @@ impl<P: TickProbe> World<'_, P> {
         limit: Duration,
         is_met: impl Fn(&Self) -> bool,
     ) -> Result<WaitEnd, BusError> {
-        wait_until(self, limit, is_met, Self::is_stopped, Self::await_news)
+        wait_until(self, limit, is_met, Self::wait_mode, Self::await_news)
+    }
+
+    /// How the run affects a wait for what the launcher or an answering process does.
+    pub(super) fn wait_mode(&self) -> WaitMode {
+        match self.timed() {
+            WaitMode::Timed if self.answers.roster().is_paused() => WaitMode::Untimed,
+            mode => mode,
+        }
+    }
+
+    /// How the run affects a wait whose limit always runs.
+    fn timed(&self) -> WaitMode {
+        if self.is_stopped() { WaitMode::Stopped } else { WaitMode::Timed }
     }
 
     /// Sleeps until somebody nudges the world, and takes in the newest roster if there is one.
@@ -204,6 +237,22 @@ mod tests {
         roster.set_recorder(true);
         assert!(!holds.is_for_recorder(&roster, Tick(10), Tick(8)));
         assert!(holds.is_for_recorder(&roster, Tick(10), Tick(7)));
+    }
+
+    #[test]
+    fn a_tick_that_was_let_go_stays_free_whatever_the_next_roster_says() {
+        let (mut holds, mut roster) = (holds(), Roster::empty());
+        let free_before = |roster: &mut Roster, tick| roster.free_before = Tick(tick);
+        free_before(&mut roster, 50);
+        holds.turn_to(Tick(50), &roster);
+        assert!(!holds.is_next_free);
+        for limit in [50, 51, i64::MIN] {
+            free_before(&mut roster, limit);
+            holds.on_roster(&roster);
+        }
+        assert!(holds.is_next_free);
+        holds.turn_to(Tick(51), &roster);
+        assert!(!holds.is_next_free, "the newest roster holds the next tick");
     }
 
     #[test]

@@ -124,12 +124,13 @@ impl<'m, P: TickProbe> World<'m, P> {
         self.ports.is_stopped()
     }
 
-    /// Takes over the launcher's newest roster, if there is one.
+    /// Takes over the launcher's new rosters, if there are any.
     fn refresh_roster(&mut self) -> Result<(), BusError> {
-        let answers = &mut self.answers;
-        self.ports.drain_rosters(|roster| answers.set_roster(roster))?;
-        self.holds.on_roster(self.answers.roster());
-        Ok(())
+        let (answers, holds) = (&mut self.answers, &mut self.holds);
+        self.ports.drain_rosters(|roster| {
+            answers.set_roster(roster);
+            holds.on_roster(roster);
+        })
     }
 
     fn log_event(&self, event: Event) -> Result<(), BusError> {

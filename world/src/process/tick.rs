@@ -56,11 +56,11 @@ impl<P: TickProbe> World<'_, P> {
         let (answer_timeout, hold_timeout) = (self.holds.answer_timeout, self.holds.hold_timeout);
         // Wait even if no answer is missing, so that a process that was given up is heard when it answers again.
         self.await_answers()?;
-        let mut end = wait_until(self, answer_timeout, has_all, Self::is_stopped, Self::look_again)?;
+        let mut end = wait_until(self, answer_timeout, has_all, Self::wait_mode, Self::look_again)?;
         if end == WaitEnd::Overdue && self.holds.is_for_replacement(self.answers.roster()) {
             // A leader that replaces a lost one needs the time to start, and then its own time to answer.
-            wait_until(self, hold_timeout, is_hold_over, Self::is_stopped, Self::look_again)?;
-            end = wait_until(self, answer_timeout, has_all, Self::is_stopped, Self::look_again)?;
+            wait_until(self, hold_timeout, is_hold_over, Self::wait_mode, Self::look_again)?;
+            end = wait_until(self, answer_timeout, has_all, Self::wait_mode, Self::look_again)?;
         }
         if end == WaitEnd::Overdue { self.give_up() } else { Ok(()) }
     }

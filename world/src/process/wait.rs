@@ -1,4 +1,5 @@
-//! The one loop in which the world waits for other processes: bounded in time, and ended by a stop.
+//! The one loop in which the world waits for other processes: bounded in time unless the user has paused the flight, and
+//! ended by a stop.
 //!
 //! Never knows what is waited for, nor how time passes in between.
 
@@ -23,8 +24,19 @@ pub(super) enum WaitEnd {
     Overdue,
 }
 
-/// Lets `pause` pass some time on `subject` again and again until `is_met`, `is_stopped`, or `limit` has passed, not counting
-/// the time in which the world itself was stopped.
+/// What the run does to a wait.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum WaitMode {
+    /// The time limit runs.
+    Timed,
+    /// The time limit begins anew later: the user has paused the flight, for example to look at a process in a debugger.
+    Untimed,
+    /// The run was stopped.
+    Stopped,
+}
+
+/// Lets `pause` pass some time on `subject` again and again until `is_met`, until `mode` says that the run was stopped, or
+/// until `limit` has passed. The time in which the world itself was stopped, or in which the wait is untimed, does not count.
 ///
 /// A condition that is met from the start costs neither a pause nor a look at the clock, as in most waits on the tick
 /// path.
@@ -32,7 +44,7 @@ pub(super) fn wait_until<S, E>(
     subject: &mut S,
     limit: Duration,
     is_met: impl Fn(&S) -> bool,
-    is_stopped: impl Fn(&S) -> bool,
+    mode: impl Fn(&S) -> WaitMode,
     mut pause: impl FnMut(&mut S) -> Result<(), E>,
 ) -> Result<WaitEnd, E> {
     if is_met(subject) {
@@ -44,9 +56,11 @@ pub(super) fn wait_until<S, E>(
         if is_met(subject) {
             return Ok(WaitEnd::Met);
         }
-        // Look for a stop only now: what was waited for and has come still counts.
-        if is_stopped(subject) {
-            return Ok(WaitEnd::Stopped);
+        match mode(subject) {
+            WaitMode::Timed => {}
+            WaitMode::Untimed => patience = Patience::of(limit),
+            // Look for a stop only now: what was waited for and has come still counts.
+            WaitMode::Stopped => return Ok(WaitEnd::Stopped),
         }
         if patience.is_over() {
             return Ok(WaitEnd::Overdue);
@@ -68,7 +82,8 @@ mod tests {
             *counter += 1;
             Ok::<_, Infallible>(())
         };
-        let end = wait_until(&mut counter, limit, |count| *count == target, |count| *count == stop, pause);
+        let mode = |count: &u32| if *count == stop { WaitMode::Stopped } else { WaitMode::Timed };
+        let end = wait_until(&mut counter, limit, |count| *count == target, mode, pause);
         (counter, end.unwrap())
     }
 
@@ -95,8 +110,20 @@ mod tests {
     }
 
     #[test]
+    fn a_limit_runs_only_while_the_wait_is_timed() {
+        let mut counter = 0;
+        let pause = |counter: &mut u32| {
+            *counter += 1;
+            Ok::<_, Infallible>(())
+        };
+        let mode = |count: &u32| if *count < 5 { WaitMode::Untimed } else { WaitMode::Timed };
+        let end = wait_until(&mut counter, Duration::ZERO, |_| false, mode, pause);
+        assert_eq!((counter, end.unwrap()), (5, WaitEnd::Overdue));
+    }
+
+    #[test]
     fn an_error_ends_a_wait() {
-        let end = wait_until(&mut (), LONG, |()| false, |()| false, |()| Err("lost"));
+        let end = wait_until(&mut (), LONG, |()| false, |()| WaitMode::Timed, |()| Err("lost"));
         assert_eq!(end, Err("lost"));
     }
 }
