@@ -194,3 +194,21 @@ fn the_racetrack_is_flown_from_drawn_starts() {
 fn the_racetrack_is_flown_from_200_drawn_starts() {
     assert_eq!(racetrack("resilient", 1..=200), [""; 0]);
 }
+
+#[test]
+fn a_formation_that_turns_with_its_leader_changes_its_shape_on_the_way() {
+    let mut scenario = preset("shape-change", &[]);
+    scenario.formation.frame = FormationFrame::Leader;
+    // The line of the echelon reaches 113 m to each side, and its slots fall back within the speeds that such a turn leaves over.
+    (scenario.leader.path.kind, scenario.leader.path.radius_m) = (PathKind::Circle, 1200.0);
+    for (manoeuvre, at_s) in scenario.manoeuvres.iter_mut().zip([35.0, 90.0, 145.0]) {
+        (manoeuvre.at_s, manoeuvre.over_s) = (at_s, 30.0);
+    }
+    let mut flight = Flight::new(&scenario);
+    for before_next_s in [34.9, 89.9, 144.9, 200.0] {
+        flight.fly_to((before_next_s * 100.0) as i64);
+        assert!(flight.slot_error_max_m() < 0.05, "at {before_next_s} s: {}", flight.slot_error_max_m());
+    }
+    let closest_m = flight.closest_m();
+    assert!(closest_m > 8.0, "{closest_m}");
+}

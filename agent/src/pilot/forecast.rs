@@ -106,7 +106,10 @@ mod tests {
         let bond = Bond { point: Point2::new(30.0, 20.0), rest_m: 40.0, gain };
         let field = Field { previous: Some(bond), next: Some(bond), centre: bond, slot, slot_gain: 1.0 };
         let track = PeerTrack { tick: Tick(0), pose: own, speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
-        let forecast = LawForecast::new(&gains, &field, [Some(&track); 2], track, own);
+        let leader = EstimatedLeader { track, pose: own, frame_rad: 0.0 };
+        let slot_motion = SlotMotion::straight(&leader);
+        let tracks = [Some(&track); 2];
+        let forecast = LawForecast::new(&gains, &field, tracks, &leader, FormationFrame::Fixed, slot_motion);
         let force = forecast.force(&own, 1.0, &[]);
         assert!(force.iter().all(|component| component.is_finite()), "{force}");
     }

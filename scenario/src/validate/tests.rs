@@ -1,9 +1,9 @@
 use super::*;
 use crate::{
-    ManoeuvreSection, ObstacleSection, OffsetSection, RequirementsSection, ShapeName, SlotOrder, StartState,
-    read,
+    ManoeuvreSection, ObstacleSection, OffsetSection, PathKind, RequirementsSection, ShapeName, SlotOrder,
+    StartState, read,
 };
-use ringwing_flight::OnLoss;
+use ringwing_flight::{FormationFrame, OnLoss};
 
 /// A valid scenario with an obstacle and a listed start for each UAV.
 fn valid() -> Scenario {
