@@ -84,6 +84,7 @@ fn fly(args: &CaseArgs) -> anyhow::Result<()> {
         measure: Some(args.measure.clone()),
         placement: args.placement.placement(),
         lock_memory: false,
+        live: None,
     };
     let outcome = launch(&plan)?;
     let log = log_in(&outcome.folder);

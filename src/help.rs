@@ -13,19 +13,19 @@ const INDENT: usize = 14;
 
 /// What people come for, and the verbs for it. Each visible verb is in one group.
 const GROUPS: [(&str, &[&str]); 6] = [
-    ("Fly a swarm", &["run", "fault", "pause", "step", "resume"]),
-    ("Look at a flight", &["review", "verify", "compare", "recover"]),
+    ("Fly a swarm", &["run", "watch", "fault", "pause", "step", "resume"]),
+    ("Look at a flight", &["review", "replay", "verify", "compare", "recover"]),
     ("Find out what a formation stands", &["sweep", "margin", "shrink"]),
     ("Measure how long a tick takes", &["bench"]),
     (
         "Scenarios, this machine, this command",
         &["scenario", "doctor", "config", "clean", "completion", "help"],
     ),
-    ("Processes of a run, which `run` starts", &["agent", "world", "leader", "recorder"]),
+    ("Processes of a run, which `run` starts", &["agent", "world", "leader", "recorder", "viewer"]),
 ];
 
 /// Examples for each verb, as they are typed.
-const EXAMPLES: [(&str, &[&str]); 17] = [
+const EXAMPLES: [(&str, &[&str]); 19] = [
     (
         "run",
         &[
@@ -33,6 +33,7 @@ const EXAMPLES: [(&str, &[&str]); 17] = [
             "ringwing run paper-4.1 --law resilient --fault \"at 30 s kill uav 3\"",
             "ringwing run mine.toml --set control.formation_gain=1.5 --seed 7 --simulated",
             "ringwing run paper-4.2 --real-time --pin --priority 50",
+            "ringwing run paper-4.2 --real-time --live",
         ],
     ),
     (
@@ -43,10 +44,12 @@ const EXAMPLES: [(&str, &[&str]); 17] = [
             "ringwing fault runs/latest list",
         ],
     ),
+    ("watch", &["ringwing watch", "ringwing watch runs/dropout-hr85rx"]),
     ("pause", &["ringwing pause latest"]),
     ("step", &["ringwing step latest", "ringwing step hr85rx 25"]),
     ("resume", &["ringwing resume latest"]),
     ("review", &["ringwing review latest", "ringwing review runs/a runs/b --out both"]),
+    ("replay", &["ringwing replay latest --speed 2", "ringwing replay latest --live=9000"]),
     ("verify", &["ringwing verify latest", "ringwing verify latest --processes"]),
     ("compare", &["ringwing compare runs/a runs/b"]),
     ("recover", &["ringwing recover damaged.mcap --out whole.mcap"]),

@@ -21,6 +21,7 @@ mod package_files;
 mod pause_command;
 mod real_time;
 mod recover_command;
+mod replay;
 mod review;
 mod run;
 mod scenario_command;
@@ -29,6 +30,7 @@ mod simulated;
 mod summary;
 mod sweep;
 mod verify;
+mod watch;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::{CompleteEnv, Shell};
@@ -60,6 +62,8 @@ enum Verb {
     Run(Box<run::RunArgs>),
     /// Inject a fault into a live run
     Fault(fault_command::FaultArgs),
+    /// Watch a live run or a log in the terminal
+    Watch(watch::WatchArgs),
     /// Let a live flight in lockstep stand still before its next tick
     Pause(pause_command::PauseArgs),
     /// Let a paused flight fly some ticks
@@ -80,6 +84,8 @@ enum Verb {
     Margin(Box<margin::MarginArgs>),
     /// Make a flight that violates a requirement small
     Shrink(shrink::ShrinkArgs),
+    /// Show a log in Foxglove as if the flight went on now
+    Replay(replay::ReplayArgs),
     /// Rebuild a log that was cut or damaged
     Recover(recover_command::RecoverArgs),
     /// List, show or check scenarios, or draw what a fault does
@@ -120,6 +126,9 @@ enum Verb {
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::RecorderArgs),
+    /// (process) Show a run in Foxglove
+    #[command(display_order = 104)]
+    Viewer(ringwing_viewer::ViewerArgs),
 }
 
 /// The version, the commit that was built, and the machine that it was built for.
@@ -194,6 +203,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
     let (who, result) = match verb {
         Verb::Run(args) => ("", run::run(&args)),
         Verb::Fault(args) => ("", fault_command::run(&args)),
+        Verb::Watch(args) => ("", watch::run(&args)),
         Verb::Pause(args) => ("", pause_command::pause(&args)),
         Verb::Step(args) => ("", pause_command::step(&args)),
         Verb::Resume(args) => ("", pause_command::resume(&args)),
@@ -208,6 +218,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
         Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),
         Verb::Margin(args) => ("", margin::run(&args)),
+        Verb::Replay(args) => ("", replay::run(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
         Verb::Doctor(args) => ("", doctor::run(&args)),
@@ -218,6 +229,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::World(args) => ("world: ", bench::run_world(&args)),
         Verb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),
         Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
+        Verb::Viewer(args) => ("viewer: ", finished(ringwing_viewer::run(&args))),
     };
     result.unwrap_or_else(|error| report(who, &error))
 }

@@ -18,6 +18,7 @@ use ringwing_recorder::{
 };
 use ringwing_scenario::{Fault, Reading, Setting, Source, start};
 use ringwing_study::shell::quoted;
+use ringwing_viewer::LiveAddress;
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -59,6 +60,10 @@ pub(crate) struct RunArgs {
     /// Fly in one process, without shared memory: the same flight to the bit, several times faster
     #[arg(long, conflicts_with_all = ["real_time", "by_hand", "pin", "priority"])]
     simulated: bool,
+    /// Show the flight in Foxglove while it goes on: on this machine only, unless you name an address
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "127.0.0.1", conflicts_with = "simulated")]
+    live: Option<LiveAddress>,
     /// Folder in which the run creates its own folder [default: runs]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -142,6 +147,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     let urgency = urgency(args.placement.placement(), &scenario)?;
     let Urgency { placement, lock_memory, .. } = urgency;
     notes.extend(urgency.notes);
+    notes.extend(args.live.and_then(|address| address.warning()));
     notes.extend(log_room::warning(&scenario, &out).filter(|_| !args.no_record));
     let plan = Plan {
         scenario,
@@ -154,6 +160,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         measure: None,
         placement,
         lock_memory,
+        live: args.live,
     };
     Ok((plan, notes))
 }

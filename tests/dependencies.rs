@@ -23,7 +23,7 @@ struct Room {
     with_io: &'static [&'static str],
 }
 
-const ROOMS: [Room; 12] = [
+const ROOMS: [Room; 13] = [
     Room {
         folder: "",
         uses: &[
@@ -37,6 +37,7 @@ const ROOMS: [Room; 12] = [
             "scenario",
             "simulation",
             "study",
+            "viewer",
             "world",
         ],
         with_io: &[""],
@@ -86,6 +87,7 @@ const ROOMS: [Room; 12] = [
         uses: &["bus", "flight", "scenario"],
         with_io: &["error.rs", "lib.rs", "log", "log.rs", "process", "process.rs"],
     },
+    Room { folder: "viewer", uses: &["bus", "recorder", "scenario"], with_io: &[""] },
     Room { folder: "world", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
     Room { folder: "bus", uses: &["flight", "scenario"], with_io: &[""] },
     Room { folder: "drawing", uses: &[], with_io: &[] },

@@ -193,3 +193,20 @@ fn the_leader_reads_nothing_and_the_recorder_only_the_journal_links_and_events()
     crate::harness::send(run.launcher(), Signal::INT);
     run.finish().assert_ended_with(1);
 }
+
+#[test]
+fn a_viewer_reads_the_journal_links_and_events_and_writes_nothing() {
+    let mut run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --live=0").start();
+    run.wait_for_line("live at ws://");
+    run.wait_for_second(0.1);
+    let services = Inspector::of(&run).all_ends();
+    let of = |end: fn(&Ends) -> &BTreeSet<String>| -> BTreeSet<String> {
+        let its = services.iter().filter(|(_, ends)| end(ends).contains("viewer"));
+        its.map(|(service, _)| service.clone()).collect()
+    };
+    let read = ["journal", "uav/links", "world/events", "launcher/events"].map(String::from);
+    assert_eq!(of(|ends| &ends.1), set(&read));
+    assert_eq!(of(|ends| &ends.0), set(&[]));
+    crate::harness::send(run.launcher(), Signal::INT);
+    run.finish().assert_ended_with(1);
+}

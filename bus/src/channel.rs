@@ -31,9 +31,12 @@ type Connection<T> = subscriber::Subscriber<ipc::Service, Wire<T>, Stamps>;
 /// Publishers per service: one sender, and dead ones that are not cleaned up yet. With fewer, a sender that is killed
 /// repeatedly cannot restart at once.
 pub(crate) const SENDERS: usize = 3;
-/// Readers and nodes beyond those that the swarm needs: restarted ones, and people who look into a live run. With
-/// fewer, they wait for a place.
+/// Readers and nodes beyond those that the swarm needs: restarted ones, and tools that look into a live run. With fewer, they
+/// wait for a place.
 pub(crate) const SPARE_READERS: usize = 3;
+/// Observers that may look at a live run at the same time: its viewer, and people who watch. With fewer, one more finds no
+/// place; each place makes the segments of the services that observers read larger.
+pub(crate) const OBSERVERS: usize = 4;
 /// Samples that a subscriber may hold while it gets the next: one is in use at a time, and one more is asked for.
 const BORROWED_MAX: usize = 2;
 

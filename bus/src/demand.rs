@@ -31,6 +31,11 @@ const PAGES_PER_LINK_COUNTS: u64 = 16;
 /// Pages of a new process in place of one that has ended: its boards and its node. The old ones stay until all readers have
 /// moved on.
 const PAGES_PER_INCARNATION: u64 = 28;
+/// Pages of an observer, such as the run's viewer: its node, and its ends of the services. Fewer let an observer begin for which
+/// there is no memory; more refuse one that would fit.
+const PAGES_PER_OBSERVER: u64 = 48;
+/// Further pages of an observer for each UAV, whose agent may count what becomes of samples on links with faults.
+const PAGES_PER_OBSERVED_UAV: u64 = 2;
 /// New processes for which there is room although no fault of the scenario asks for them. With fewer, a lost process may
 /// find no memory for its successor; more make each run take more.
 const SPARE_INCARNATIONS: u64 = 8;
@@ -54,8 +59,10 @@ const DESCRIPTORS_OF_WORLD_PER_LISTENER: u64 = 3;
 
 /// Processes and threads beside the agents: world, leader, recorder, and the launcher with its threads.
 const TASKS_PER_RUN: u64 = 16;
+/// Threads of the run's viewer. Fewer let it begin where it cannot serve anybody; more refuse runs that would fit.
+const TASKS_OF_VIEWER: u64 = 8;
 /// The largest file of a run without a recorder: a segment of rare messages.
-const EVENT_SEGMENT_BYTES: u64 = 6 << 20;
+const EVENT_SEGMENT_BYTES: u64 = 11 << 20;
 
 /// What a run takes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -110,6 +117,13 @@ impl Demand {
         }
     }
 
+    /// The same run with a viewer.
+    pub fn with_viewer(mut self) -> Self {
+        self.successors_bytes += observer_bytes(self.uavs);
+        self.tasks += TASKS_OF_VIEWER;
+        self
+    }
+
     /// Shared memory that the run takes if its journal keeps `depth` ticks, in bytes.
     pub fn memory_bytes(&self, depth: usize) -> u64 {
         self.swarm_bytes + self.successors_bytes + journal::lag_bytes(self.uavs, depth)
@@ -132,6 +146,11 @@ impl Demand {
 /// Shared memory of one new process in place of one that has ended, in bytes.
 pub(crate) fn successor_bytes() -> u64 {
     bytes(PAGES_PER_INCARNATION)
+}
+
+/// Shared memory of an observer of a swarm of `uavs`, in bytes.
+pub(crate) fn observer_bytes(uavs: u32) -> u64 {
+    bytes(PAGES_PER_OBSERVER + PAGES_PER_OBSERVED_UAV * u64::from(uavs))
 }
 
 /// Shared memory of the boards of `part` in a swarm of `uavs`, in bytes.
@@ -185,6 +204,8 @@ mod tests {
         assert!(large.memory_bytes(100) > 3 * small.memory_bytes(100), "{small:?} {large:?}");
         assert!(large.files > 5 * small.files && large.descriptors > 5 * small.descriptors);
         assert_eq!(large.tasks - small.tasks, 54);
+        let seen = small.clone().with_viewer();
+        assert!(seen.memory_bytes(100) > small.memory_bytes(100) && seen.tasks > small.tasks);
     }
 
     #[test]

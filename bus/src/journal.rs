@@ -7,7 +7,7 @@
 
 use crate::{
     BusError, Domain,
-    channel::{SENDERS, count_failure, may_open_later},
+    channel::{OBSERVERS, SENDERS, count_failure, may_open_later},
     domain::Reserve,
     retry::retry,
     wire::Wire,
@@ -28,9 +28,15 @@ pub(crate) type Factory = PortFactory<ipc::Service, [Wire<JournalEntry>], Wire<J
 
 /// The name of the service.
 const NAME: &str = "journal";
-/// Readers that may subscribe at once: a recorder, its successor, and a person who looks into a live run. Each place
-/// makes the journal's segment in shared memory larger, though its memory is used only as far as the reader lags.
-const READERS: usize = 3;
+/// Readers that may subscribe at once: a recorder, its successor, and observers. Each place makes the journal's segment in
+/// shared memory larger, though its memory is used only as far as the reader lags.
+const READERS: usize = 2 + OBSERVERS;
+/// Ticks that wait for an observer, at most. More cost memory for each observer that hangs; fewer make its picture jerk when
+/// it gets the processor late.
+const OBSERVER_DEPTH_MAX: usize = 16;
+/// The most memory that waits for one observer, in bytes. A larger limit costs more for each observer that hangs; a smaller one
+/// makes the picture of a large swarm jerk.
+const OBSERVER_BYTES_MAX: usize = 1 << 20;
 /// Ticks that the recorder may lag behind, at most. More cost memory while it lags; fewer lose ticks in real time when it
 /// waits for the disk.
 const DEPTH_MAX: usize = 1024;
@@ -52,9 +58,15 @@ pub(crate) fn sample_bytes(uavs: u32) -> usize {
     size_of::<JournalHeader>() + uavs as usize * size_of::<JournalEntry>() + SAMPLE_OVERHEAD
 }
 
-/// Memory that the journal of a swarm of `uavs` takes when the recorder lags by all `depth` ticks, in bytes.
+/// Memory that the journal of a swarm of `uavs` takes when the recorder lags by all `depth` ticks and every observer hangs, in
+/// bytes.
 pub(crate) fn lag_bytes(uavs: u32, depth: usize) -> u64 {
-    ((depth + IN_USE) * sample_bytes(uavs)) as u64
+    ((depth + IN_USE + OBSERVERS * observer_depth(uavs)) * sample_bytes(uavs)) as u64
+}
+
+/// How many ticks of a swarm of `uavs` wait for an observer.
+fn observer_depth(uavs: u32) -> usize {
+    OBSERVER_DEPTH_MAX.min(OBSERVER_BYTES_MAX / sample_bytes(uavs)).max(1)
 }
 
 /// The size of the journal's segment in bytes. Most of it is never used: it has room for several readers that lag.
@@ -135,17 +147,27 @@ impl JournalWriter {
     }
 }
 
-/// The recorder's end of the journal.
+/// The end of the journal of a recorder or an observer.
 #[derive(Debug)]
 pub struct JournalReader {
     port: Subscriber<ipc::Service, [Wire<JournalEntry>], Wire<JournalHeader>>,
 }
 
 impl JournalReader {
-    /// Opens a reading end; waits until the place of a dead reader is free again.
-    pub fn open(node: &Node<ipc::Service>) -> Result<Self, BusError> {
+    /// Opens the recorder's end; waits until the place of a dead reader is free again.
+    pub fn of_recorder(node: &Node<ipc::Service>) -> Result<Self, BusError> {
+        Self::open(node, usize::MAX)
+    }
+
+    /// Opens the end of an observer of a swarm of `uavs`, for which fewer ticks wait.
+    pub fn of_observer(node: &Node<ipc::Service>, uavs: u32) -> Result<Self, BusError> {
+        Self::open(node, observer_depth(uavs))
+    }
+
+    fn open(node: &Node<ipc::Service>, depth: usize) -> Result<Self, BusError> {
         let factory = open(node)?;
-        let create = || factory.subscriber_builder().create();
+        let depth = depth.min(factory.static_config().subscriber_max_buffer_size());
+        let create = || factory.subscriber_builder().buffer_size(depth).create();
         let is_full = |error: &_| *error == SubscriberCreateError::ExceedsMaxSupportedSubscribers;
         let port = retry(create, is_full).map_err(|error| journal_error("no place for a reader", error))?;
         Ok(Self { port })

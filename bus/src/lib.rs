@@ -7,7 +7,7 @@
 //!   carries everything to the log, and a `channel` carries rare messages.
 //! - `gate` is the page at which all processes step through time, made of [`page`] and [`futex`]; `waker` and
 //!   `wait_strategy` are how they wait for it.
-//! - `member` is a process that takes part in a run, and `answerer` one that answers ticks. `request` asks the launcher of a
+//! - `member` is a process that takes part in a run, `answerer` one that answers ticks, and `observer` one that only looks. `request` asks the launcher of a
 //!   run for something. `process`, `node` and
 //!   `stop` are what they need of the operating system and of iceoryx2.
 //! - `demand` is what a run takes of the machine, and `capacity` what the machine has.
@@ -33,6 +33,7 @@ mod gate;
 pub mod journal;
 mod member;
 mod node;
+mod observer;
 pub mod page;
 mod placement;
 mod probe;
@@ -61,7 +62,8 @@ pub use files::{copy_whole, write_whole, write_whole_by};
 pub use gate::{Gate, Wait};
 pub use journal::{JournalReader, JournalWriter};
 pub use member::{Member, MemberArgs};
-pub use node::create_node;
+pub use node::{BusNode, create_node};
+pub use observer::{OBSERVE, Observer};
 pub use placement::{Placement, PlacementError};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
 pub use process::{

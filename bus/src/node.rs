@@ -8,8 +8,11 @@ use iceoryx2::{
     prelude::{LogLevel, NodeName, SignalHandlingMode, ipc, set_log_level_from_env_or},
 };
 
+/// A process's identity in a domain, with which it opens services.
+pub type BusNode = Node<ipc::Service>;
+
 /// Creates a node named `name` in `domain`, and raises this process's limit of open files for its connections.
-pub fn create_node(domain: &Domain, name: &str) -> Result<Node<ipc::Service>, BusError> {
+pub fn create_node(domain: &Domain, name: &str) -> Result<BusNode, BusError> {
     set_log_level_from_env_or(LogLevel::Error);
     raise_open_files_limit()?;
     let node_name = NodeName::new(name).map_err(|error| BusError::ipc(name, error))?;

@@ -5,7 +5,7 @@
 use crate::{
     BusError, Domain, Gate, ballast,
     blackboard::{Board, BoardFactory, kept_at},
-    channel::{Channel, Factory, SENDERS, SPARE_READERS},
+    channel::{Channel, Factory, OBSERVERS, SENDERS, SPARE_READERS},
     demand,
     domain::Reserve,
     journal, waker,
@@ -24,6 +24,9 @@ pub const RECORDER_DEPTH: usize = 1024;
 /// Samples kept for a reader that works tick by tick. A roster comes at most a few times in a tick, so fewer could
 /// lose one, and more would never be filled.
 pub const TICK_DEPTH: usize = 4;
+/// Counts of links that an observer may lag behind. More cost memory for each link with faults and each observer; fewer lose
+/// counts, and the next ones follow within a second.
+pub const OBSERVER_DEPTH: usize = 64;
 /// Events kept for a recorder that joins late, such as the successor of a killed one: what happened meanwhile counts for
 /// the verdict. With fewer, a process that is lost together with the recorder may go uncounted; more cost memory.
 const EVENTS_KEPT: usize = 256;
@@ -69,23 +72,24 @@ pub fn leader(uavs: u32, pace: Pace) -> Board<LeaderState> {
     board("leader/state".into(), Part::Leader, uavs as usize + 1, pace)
 }
 
-/// What happened to the samples on links with faults, from the receiving agents of a swarm of `uavs`, for the recorder.
+/// What happened to the samples on links with faults, from the receiving agents of a swarm of `uavs`, for the recorder and
+/// for observers.
 ///
 /// One service for all agents, because most of them never send.
 pub fn links(uavs: u32) -> Channel<LinkCounts> {
-    let links = with_history(channel("uav/links".into(), 2, RECORDER_DEPTH));
+    let links = with_history(channel("uav/links".into(), 2 + OBSERVERS, RECORDER_DEPTH));
     // Every agent may come to send, and one that was killed keeps its place until it is cleaned up.
     Channel { senders: uavs as usize + SENDERS, ..links }
 }
 
-/// Events in the air, from the world, for the recorder and the launcher.
+/// Events in the air, from the world, for the recorder, the launcher and observers.
 pub fn world_events() -> Channel<EventMessage> {
-    with_kept_events(channel("world/events".into(), 2, RECORDER_DEPTH))
+    with_kept_events(channel("world/events".into(), 2 + OBSERVERS, RECORDER_DEPTH))
 }
 
-/// Events of processes, from the launcher, for the recorder.
+/// Events of processes, from the launcher, for the recorder and observers.
 pub fn launcher_events() -> Channel<EventMessage> {
-    with_kept_events(channel("launcher/events".into(), 2, RECORDER_DEPTH))
+    with_kept_events(channel("launcher/events".into(), 2 + OBSERVERS, RECORDER_DEPTH))
 }
 
 /// Which processes run, from the launcher, for the world.

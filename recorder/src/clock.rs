@@ -10,13 +10,13 @@ const NANOSECONDS: u64 = 1_000_000_000;
 
 /// Converts ticks to log times.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock {
+pub struct Clock {
     rate_hz: u32,
 }
 
 impl Clock {
     /// A clock of `rate_hz` ticks a second.
-    pub(crate) fn new(rate_hz: u32) -> Self {
+    pub fn new(rate_hz: u32) -> Self {
         Self { rate_hz }
     }
 
@@ -26,7 +26,7 @@ impl Clock {
     }
 
     /// The log time of `tick`, in nanoseconds since 1970. Ticks before 0 have the time of tick 0.
-    pub(crate) fn log_time_ns(self, tick: i64) -> u64 {
+    pub fn log_time_ns(self, tick: i64) -> u64 {
         EPOCH_S * NANOSECONDS + self.elapsed_ns(tick)
     }
 

@@ -1,13 +1,12 @@
 //! The log: one MCAP file that can be opened at any time. Two equal flights write the same bytes.
 //!
-//! `write` writes it, on the `channels` of the schema and the file of `sink`. `takeover` rescues the log of a recorder that
+//! `write` writes it, with the file of `sink`. `takeover` rescues the log of a recorder that
 //! died: `salvage` reads it, `replay` puts its ticks together again, and `copy` moves its records. [`reader`] reads any log
 //! for the tools, `input` opens it, [`meter`] measures its flight again, [`recover`] rebuilds a damaged one, and `gap` counts
 //! lost ticks. [`run_folder`] says where the logs of runs are.
 //!
 //! Must never contain a wall-clock time, unless the timing of ticks is wanted.
 
-mod channels;
 pub(crate) mod copy;
 pub(crate) mod gap;
 mod input;

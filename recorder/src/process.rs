@@ -4,12 +4,14 @@
 //! for the progress line.
 
 mod assembly;
+mod observation;
 mod ports;
 pub(crate) mod recording;
 
 use crate::{RecorderError, RecorderReport, clock::Clock, log::Opening, metrics::Frame};
 use assembly::{Assembled, Assembly};
-use ports::RecorderPorts;
+pub use observation::{Observation, Seen};
+use ports::{FlightPorts, ProgressPort};
 use recording::Recording;
 use ringwing_bus::{Gate, Member, MemberArgs, report};
 use ringwing_flight::{FormationError, Part, Tick, WorldReport};
@@ -52,7 +54,8 @@ pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
     let (timing, started_at) = (!args.no_timing, args.started_at.as_deref());
     let opening = Opening { scenario, text: &text, timing, started_at };
     // Subscribe first: the flight may go on while a log is taken over.
-    let ports = RecorderPorts::open(&member, &opening)?;
+    let ports = FlightPorts::of_recorder(member.node(), scenario.formation.uavs, timing)?;
+    let progress = ProgressPort::open(&member)?;
     let gate = member.domain().gate()?;
     let begun = has_begun(&gate);
     // What was sent before the ports were open never comes, and in lockstep the world would wait for it.
@@ -60,7 +63,7 @@ pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
         gate.set_recorded(open);
     }
     let mut recording_loop =
-        RecordingLoop::new(Recording::begin(args.log.as_deref(), &opening, begun)?, scenario);
+        RecordingLoop::new(Recording::begin(args.log.as_deref(), &opening, begun)?, progress, scenario);
     let gate = member.announce_ready()?;
     let outcome = recording_loop.record(&member, &gate, &ports).and_then(|()| recording_loop.finish(&member));
     let problem = outcome.as_ref().err().map(ToString::to_string);
@@ -76,6 +79,7 @@ fn has_begun(gate: &Gate) -> bool {
 /// Turns samples into frames and hands these to the recording, batch by batch.
 struct RecordingLoop {
     recording: Recording,
+    progress_port: ProgressPort,
     assembly: Assembly,
     /// The last frame; kept to reuse its memory, and because its ring goes on from tick to tick.
     frame: Frame,
@@ -86,10 +90,11 @@ struct RecordingLoop {
 }
 
 impl RecordingLoop {
-    fn new(recording: Recording, scenario: &Scenario) -> Self {
+    fn new(recording: Recording, progress_port: ProgressPort, scenario: &Scenario) -> Self {
         Self {
             assembly: Assembly::new(scenario.formation.uavs, recording.expected()),
             recording,
+            progress_port,
             frame: Frame::new(scenario),
             clock: Clock::new(scenario.time.rate_hz),
             real_time: scenario.time.real_time,
@@ -97,18 +102,19 @@ impl RecordingLoop {
         }
     }
 
-    fn record(&mut self, member: &Member, gate: &Gate, ports: &RecorderPorts) -> Result<(), RecorderError> {
+    fn record(&mut self, member: &Member, gate: &Gate, ports: &FlightPorts) -> Result<(), RecorderError> {
         let mut batch = 0;
         loop {
             batch = gate.wait_for_batch(batch, LONGEST_WAIT);
             // Ask before fetching, so that everything sent until now is fetched.
             let over = gate.is_closed() || member.stop().is_set();
-            ports.fetch(&mut self.assembly, &mut self.recording)?;
+            let recording = &mut self.recording;
+            ports.fetch(&mut self.assembly, |event| recording.log_event(event))?;
             if let Some(newest) = self.assembly.newest() {
                 gate.set_recorded(Tick(newest));
                 self.write_before(if over { newest + 1 } else { self.complete_before(newest) })?;
             }
-            self.send_progress(ports)?;
+            self.send_progress()?;
             if over {
                 return Ok(());
             }
@@ -135,14 +141,14 @@ impl RecordingLoop {
         Ok(())
     }
 
-    fn send_progress(&mut self, ports: &RecorderPorts) -> Result<(), RecorderError> {
+    fn send_progress(&mut self) -> Result<(), RecorderError> {
         let Some(moment) = self.recording.moment() else { return Ok(()) };
         let interval = self.clock.interval(moment.tick, PROGRESS_HZ);
         if interval == self.progress {
             return Ok(());
         }
         self.progress = interval;
-        ports.send_progress(FormationError {
+        self.progress_port.send(FormationError {
             tick: Tick(moment.tick),
             slot_error_max_m: moment.slot_error_max_m.unwrap_or_default(),
             commanded: moment.commanded,

@@ -11,4 +11,4 @@ pub(crate) mod layout;
 pub mod palette;
 pub(crate) mod scene;
 mod timing;
-pub(crate) mod view;
+pub mod view;

@@ -35,6 +35,7 @@ fn plan(out: &Path) -> Plan {
         measure: None,
         placement: Placement::default(),
         lock_memory: false,
+        live: None,
     }
 }
 

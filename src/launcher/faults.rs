@@ -10,7 +10,7 @@ use super::{
     lifecycle::{Input, RunStage},
     supervisor::Supervisor,
 };
-use ringwing_bus::report;
+use ringwing_bus::{OBSERVE, REFUSED, report};
 use ringwing_flight::{Event, Pace, Part, ProcessAction, Tick};
 use ringwing_scenario::fault::schedule::ScheduledAction;
 
@@ -110,6 +110,9 @@ impl Supervisor<'_> {
             request.reply.send(&self.faults.list(now));
             return Ok(());
         }
+        if request.sentence == OBSERVE {
+            return self.on_observer(request.reply);
+        }
         if self.stage() != RunStage::Flying {
             request.reply.send("refused: the flight has not begun, or is over");
             return Ok(());
@@ -126,6 +129,16 @@ impl Supervisor<'_> {
         self.publish_roster()
     }
 
+    /// Makes room for an observer, and removes those that were killed.
+    fn on_observer(&mut self, reply: Reply) -> Result<(), LaunchError> {
+        self.janitor.clean();
+        match self.domain.make_room_for_observer(self.plan.scenario.formation.uavs) {
+            Ok(()) => reply.send("there is room"),
+            Err(lack) => reply.send(&format!("{REFUSED}{lack}")),
+        }
+        Ok(())
+    }
+
     fn decide_requests(&mut self, now: Tick) -> Result<(), LaunchError> {
         for request in self.faults.take_requests() {
             match self.faults.decide(request, now) {
@@ -134,7 +147,7 @@ impl Supervisor<'_> {
                     self.share_added_faults()?;
                 }
                 Err((LiveRequest { sentence, reply }, why)) => {
-                    reply.send(&format!("refused: {why}"));
+                    reply.send(&format!("{REFUSED}{why}"));
                     self.log_event_at(now, Event::FaultRefused { part: None, why, sentence })?;
                 }
             }

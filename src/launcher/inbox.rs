@@ -19,6 +19,7 @@ use std::{
     io::{self, BufRead, BufReader, Read, Write},
     os::unix::net::{UnixListener, UnixStream},
     path::Path,
+    process::ChildStdout,
     sync::mpsc::{Receiver, Sender, channel},
     thread,
     time::Duration,
@@ -52,8 +53,10 @@ pub(super) enum Notice {
     Suspend,
     /// The world holds a tick until a fault is applied.
     Held,
-    /// Somebody asks for a fault, or for the list of faults.
+    /// Somebody asks for a fault, for the list of faults, or for a pause.
     Request(LiveRequest<Reply>),
+    /// The viewer has printed this line.
+    ViewerSays(String),
 }
 
 /// What happened to a process.
@@ -116,6 +119,16 @@ impl Inbox {
         let listener = UnixListener::bind(path).map_err(failed)?;
         let inbox = self.sender.clone();
         spawn_thread("the thread that waits for requests", move || report_requests(&listener, &inbox))
+    }
+
+    /// Begins to listen to what the viewer prints.
+    pub(super) fn watch_viewer(&self, lines: ChildStdout) -> Result<(), LaunchError> {
+        let inbox = self.sender.clone();
+        spawn_thread("the thread that listens to the viewer", move || {
+            let lines = BufReader::new(lines).lines().map_while(Result::ok);
+            // This fails only if the launcher has left, and then nobody reads.
+            let _ = lines.map(Notice::ViewerSays).try_for_each(|notice| inbox.send(notice));
+        })
     }
 
     /// Begins to watch the process `pid` for its end, because it is not a child of the launcher.

@@ -17,6 +17,7 @@ mod progress;
 mod spawner;
 mod stepper;
 mod supervisor;
+mod viewer;
 
 pub(crate) use progress::Progress;
 pub(crate) use stepper::PauseRequest;
@@ -32,6 +33,7 @@ use ringwing_bus::{
 use ringwing_flight::{Part, WorldReport};
 use ringwing_recorder::{RecorderReport, log::run_folder};
 use ringwing_scenario::{Fault, Scenario};
+use ringwing_viewer::LiveAddress;
 use std::{
     collections::BTreeSet,
     fs, io,
@@ -64,6 +66,8 @@ pub(crate) struct Plan {
     pub(crate) placement: Placement,
     /// Lock the memory of the processes.
     pub(crate) lock_memory: bool,
+    /// Where the flight is shown while it goes on, if it is.
+    pub(crate) live: Option<LiveAddress>,
 }
 
 impl Plan {
@@ -138,6 +142,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     remove_abandoned();
     // Before anything is made: a run that lacks something later ends by a signal, and says nothing.
     let demand = Demand::of(&plan.scenario, plan.recorder);
+    let demand = if plan.live.is_some() { demand.with_viewer() } else { demand };
     let journal_depth = Capacity::look().admit(&demand).map_err(BusError::from)?;
     let resolved = plan.scenario.to_toml();
     let (owner, gate) = DomainOwner::create(&resolved)?;

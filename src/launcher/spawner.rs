@@ -6,13 +6,18 @@ use super::{LaunchError, Plan, lifecycle::ProcessSignal};
 use ringwing_bench::MeasureArgs;
 use ringwing_bus::{DomainId, close_files_on_spawn};
 use ringwing_flight::Part;
+use ringwing_viewer::LiveAddress;
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
+    io,
     os::unix::process::CommandExt,
     path::PathBuf,
-    process::{Command, Stdio},
+    process::{ChildStdout, Command, Stdio},
     time::SystemTime,
 };
+
+/// Threads with which the viewer serves its clients. More take cores from the flight; fewer let one large client delay another.
+const VIEWER_THREADS: &str = "2";
 
 /// Starts the processes of one run.
 #[derive(Debug)]
@@ -40,22 +45,41 @@ impl<'a> Spawner<'a> {
 
     /// Starts the process `part`; returns its id.
     pub(super) fn spawn(&self, part: Part) -> Result<u32, LaunchError> {
-        // Do not use the path of this program: a new build may replace the file during the run.
-        let mut command = Command::new("/proc/self/exe");
+        let mut command = Self::command();
         command
-            .arg0("ringwing")
             .args(self.plan.lock_memory.then_some("--lock-memory"))
             .args(self.arguments(part))
-            .args(["--launcher", &std::process::id().to_string()])
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            // Use a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher
-            // then ends the others in order.
-            .process_group(0);
+            .args(["--launcher", &std::process::id().to_string()]);
         // Before each spawn, because the launcher opens more files as it replaces processes.
         close_files_on_spawn();
         let child = self.plan.placement.start(part.index(), || command.spawn());
         child.map(|child| child.id()).map_err(|source| LaunchError::Spawn { what: part.to_string(), source })
+    }
+
+    /// Starts the viewer, which is to listen at `address`; returns its id, and what it prints.
+    pub(super) fn spawn_viewer(&self, address: &LiveAddress) -> Result<(u32, ChildStdout), LaunchError> {
+        let mut command = Self::command();
+        command
+            .args(["viewer", "--domain", &self.domain.to_string(), "--address", &address.to_string()])
+            .args(["--launcher", &std::process::id().to_string()])
+            // Its runtime would start a thread for each core, and the flight needs the cores.
+            .env("TOKIO_WORKER_THREADS", VIEWER_THREADS)
+            .stdout(Stdio::piped());
+        close_files_on_spawn();
+        let failed = |source| LaunchError::Spawn { what: "the viewer".into(), source };
+        let mut child = command.spawn().map_err(failed)?;
+        let lines = child.stdout.take().ok_or_else(|| failed(io::ErrorKind::BrokenPipe.into()))?;
+        Ok((child.id(), lines))
+    }
+
+    /// A process of this program, without arguments.
+    fn command() -> Command {
+        // Do not use the path of this program: a new build may replace the file during the run.
+        let mut command = Command::new("/proc/self/exe");
+        // Use a process group of its own, so that the terminal's Ctrl-C reaches the launcher alone. The launcher then ends
+        // the others in order.
+        command.arg0("ringwing").stdin(Stdio::null()).stdout(Stdio::null()).process_group(0);
+        command
     }
 
     /// The arguments of the process `part`.

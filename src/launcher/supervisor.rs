@@ -44,9 +44,11 @@ pub(super) struct Supervisor<'a> {
     pub(super) domain: &'a Domain,
     pub(super) gate: Gate,
     ports: LauncherPorts,
-    inbox: Inbox,
+    pub(super) inbox: Inbox,
     pub(super) janitor: Janitor,
-    spawner: Spawner<'a>,
+    pub(super) spawner: Spawner<'a>,
+    /// The viewer's process, as long as it lives.
+    pub(super) viewer: Option<u32>,
     pub(super) processes: ProcessTable,
     pub(super) faults: FaultQueue<'a, Reply>,
     pub(super) stepper: Stepper<Reply>,
@@ -97,6 +99,7 @@ impl<'a> Supervisor<'a> {
             inbox,
             janitor: Janitor::start(domain, scenario.time.rate_hz)?,
             spawner: Spawner::new(plan, domain.id(), log),
+            viewer: None,
             processes: ProcessTable::new(scenario.formation.uavs, limits(scenario), is_by_hand),
             faults: FaultQueue::new(scenario),
             stepper: Stepper::new(scenario.time.rate_hz),
@@ -162,6 +165,7 @@ impl<'a> Supervisor<'a> {
                 self.carry_out(part, Effect::Spawn)?;
             }
         }
+        self.start_viewer()?;
         while self.processes.is_any_starting() && self.stage() != RunStage::Over {
             self.wait(BUSY_WAIT)?;
         }
@@ -202,6 +206,7 @@ impl<'a> Supervisor<'a> {
             }
             self.wait(BUSY_WAIT)?;
         }
+        self.end_viewer()?;
         self.receive()
     }
 
@@ -224,12 +229,13 @@ impl<'a> Supervisor<'a> {
     }
 
     /// Waits for the next notice, at most for `limit`, and takes in everything that has happened meanwhile.
-    fn wait(&mut self, limit: Duration) -> Result<(), LaunchError> {
+    pub(super) fn wait(&mut self, limit: Duration) -> Result<(), LaunchError> {
         match self.inbox.next(limit) {
             Some(Notice::Process { pid, change }) => self.on_process_change(pid, change)?,
             Some(Notice::Interrupt) => self.on_interrupt()?,
             Some(Notice::Suspend) => self.suspend(),
             Some(Notice::Request(request)) => self.on_request(request)?,
+            Some(Notice::ViewerSays(line)) => self.progress.print(&line),
             // A hold only ends the wait: the caller applies faults after every wait.
             Some(Notice::Held) | None => {}
         }
@@ -240,7 +246,10 @@ impl<'a> Supervisor<'a> {
     }
 
     fn on_process_change(&mut self, pid: u32, change: ProcessChange) -> Result<(), LaunchError> {
-        let Some(part) = self.processes.part_of(pid) else { return Ok(()) };
+        let Some(part) = self.processes.part_of(pid) else {
+            self.on_other_change(pid, change);
+            return Ok(());
+        };
         match change {
             ProcessChange::Stopped => self.report(part, Input::Stopped),
             ProcessChange::Continued => self.report(part, Input::Continued),

@@ -60,6 +60,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         measure: None,
         placement: Placement::default(),
         lock_memory: false,
+        live: None,
     };
     let outcome = if needs_processes(args, &plan.scenario) { launch(&plan)? } else { simulated::fly(&plan)? };
     if let Some(failure) = outcome.failures.first() {

@@ -1,7 +1,9 @@
 //! Flies swarms for the tests: starts the real command, observes the run, and ends it when the test is over.
 
 pub mod bench;
+pub mod foxglove;
 pub mod log;
+pub mod terminal;
 
 use ringwing_bus::{Domain, DomainId, Gate};
 use ringwing_flight::{Part, Tick};

@@ -57,7 +57,7 @@ impl Everybody {
             commands,
             accounts,
             leader,
-            journal: JournalReader::open(&node).unwrap(),
+            journal: JournalReader::of_recorder(&node).unwrap(),
             rosters: services::roster().publisher(&node).unwrap(),
             roster: Roster::empty(),
             gate,

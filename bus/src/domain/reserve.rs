@@ -63,7 +63,7 @@ impl Domain {
         let _ = file.set_len(length.saturating_sub(bytes));
     }
 
-    /// Makes sure that `bytes` are free for the successor of a lost process; takes them out of the reserve if there is one.
+    /// Makes sure that `bytes` are free for one more process; takes them out of the reserve if there is one.
     pub(crate) fn make_room(&self, bytes: u64) -> Result<(), BusError> {
         self.release_part(Reserve::Successors, bytes);
         // The reserve may be used up. Refuse the process here: later, SIGBUS would kill it when it finds no page.

@@ -3,26 +3,22 @@
 //! Metadata, attachments and channels come first, so that they survive whatever happens later. Must never measure a
 //! flight: frames, events and views come in as arguments.
 
-use super::{
-    LAYOUT, RESULT, RUN, SCENARIO,
-    channels::{Channels, UavChannels},
-    sink::Sink,
-};
+use super::{LAYOUT, RESULT, RUN, SCENARIO, sink::Sink};
 use crate::{
     RecorderError,
     clock::Clock,
-    metrics::{Frame, UavFrame},
-    schema::{EventWriter, LinkCounts, Timing, UavControl, UavState, log_line},
+    metrics::Frame,
     show::{layout, view::TickView},
+    stream::{MessageSink, MessageStream, mode_name},
 };
-use foxglove::{Encode, messages::Log};
+use foxglove::Schema;
 use mcap::{
     Attachment, McapResult, WriteOptions, Writer,
     records::{MessageHeader, Metadata},
     write::NoSeek,
 };
 use ringwing_bus::write_whole;
-use ringwing_flight::{Level, Shape, TickTiming, TimedEvent};
+use ringwing_flight::{Shape, TickTiming, TimedEvent};
 use ringwing_scenario::Scenario;
 use std::{
     borrow::Cow,
@@ -57,15 +53,15 @@ pub struct Opening<'a> {
 
 /// A log under construction.
 pub(crate) struct LogWriter {
+    stream: MessageStream,
+    file: LogFile,
+}
+
+/// The file of a log, and what it holds so far.
+struct LogFile {
     path: PathBuf,
     writer: Writer<NoSeek<Sink>>,
-    channels: Channels,
     clock: Clock,
-    events: EventWriter,
-    /// The first line of `/log`, until it is written.
-    introduction: Option<Log>,
-    /// Holds one encoded message at a time; kept to reuse its memory.
-    buffer: Vec<u8>,
     messages: u64,
     /// Number of messages by channel.
     counts: Vec<u64>,
@@ -79,32 +75,30 @@ impl LogWriter {
     pub(crate) fn create(path: &Path, opening: &Opening) -> Result<Self, RecorderError> {
         let file = File::create(path).map_err(RecorderError::log(path, "created"))?;
         let layout = layout::render(opening.scenario, opening.timing);
-        let (writer, channels) = open(file, opening, &layout).map_err(RecorderError::log(path, "written"))?;
+        let writer = open(file, opening, &layout).map_err(RecorderError::log(path, "written"))?;
         let beside = path.with_file_name(LAYOUT_FILE);
         write_whole(&beside, layout).map_err(RecorderError::log(&beside, "written"))?;
-        Ok(Self {
+        let mut file = LogFile {
             path: path.to_owned(),
             writer,
-            channels,
             clock: Clock::new(opening.scenario.time.rate_hz),
-            events: EventWriter::new(opening.scenario),
-            introduction: Some(introduction(opening.scenario)),
-            buffer: Vec::new(),
             messages: 0,
             counts: Vec::new(),
             interval: 0,
             flushed: Instant::now(),
-        })
+        };
+        let stream = MessageStream::open(&mut file, opening.scenario, opening.timing)?;
+        Ok(Self { stream, file })
     }
 
     /// Number of messages so far.
     pub(crate) fn messages(&self) -> u64 {
-        self.messages
+        self.file.messages
     }
 
     /// Leaves the introduction out, because a copied `/log` has it already.
     pub(crate) fn skip_introduction(&mut self) {
-        self.introduction = None;
+        self.stream.skip_introduction();
     }
 
     /// Writes a tick with its events and its view, in the order of topics.
@@ -115,36 +109,10 @@ impl LogWriter {
         events: &[TimedEvent],
         view: &TickView,
     ) -> Result<(), RecorderError> {
-        let tick = frame.tick;
         // Flush between ticks only: a successor takes over whatever the file holds, and in half a tick some UAVs
         // would seem to be gone.
-        self.flush_if_due(tick)?;
-        self.write_events(tick, events)?;
-        self.write_some(self.channels.faults, tick, view.faults.as_ref())?;
-        self.write_some(self.channels.leader_fix, tick, view.leader_fix.as_ref())?;
-        self.write_some(self.channels.map, tick, view.map.as_ref())?;
-        self.write_some(self.channels.leader_pose, tick, view.leader_pose.as_ref())?;
-        for counts in &frame.links {
-            self.write(self.channels.links, tick, &LinkCounts::of(tick, counts))?;
-        }
-        self.write_lines(tick, events)?;
-        self.write_some(self.channels.formation, tick, view.formation.as_ref())?;
-        self.write_some(self.channels.obstacles, tick, view.obstacles.as_ref())?;
-        self.write_some(self.channels.path, tick, view.path.as_ref())?;
-        self.write_some(self.channels.ring, tick, view.ring.as_ref())?;
-        self.write_some(self.channels.trails, tick, view.trails.as_ref())?;
-        self.write_some(self.channels.uav_scene, tick, view.uavs.as_ref())?;
-        self.write_some(self.channels.metrics, tick, view.metrics.as_ref())?;
-        self.write_some(self.channels.state, tick, view.state.as_ref())?;
-        self.write_some(self.channels.transforms, tick, view.transforms.as_ref())?;
-        if let (Some(channel), Some(timing)) = (self.channels.timing, timing) {
-            self.write(channel, tick, &Timing::from(timing))?;
-        }
-        if let Some(channel) = self.channels.timing_percentiles {
-            self.write_some(channel, tick, view.timing.as_ref())?;
-        }
-        // `/uav/...` sorts after all other topics.
-        (1..).zip(&frame.uavs).try_for_each(|(number, uav)| self.write_uav(tick, number, uav))
+        self.file.flush_if_due(frame.tick)?;
+        self.stream.write_frame(&mut self.file, frame, timing, events, view)
     }
 
     /// Writes events that came after the last frame, the frame of `tick`.
@@ -153,67 +121,52 @@ impl LogWriter {
         tick: i64,
         events: &[TimedEvent],
     ) -> Result<(), RecorderError> {
-        self.write_events(tick, events)?;
-        self.write_lines(tick, events)
-    }
-
-    fn write_events(&mut self, tick: i64, events: &[TimedEvent]) -> Result<(), RecorderError> {
-        for event in events {
-            let message = self.events.message(event);
-            self.write(self.channels.events, tick, &message)?;
-        }
-        Ok(())
-    }
-
-    fn write_lines(&mut self, tick: i64, events: &[TimedEvent]) -> Result<(), RecorderError> {
-        // With the first tick, not at creation: a takeover creates its log before it knows whether the old one holds
-        // the introduction.
-        if let Some(introduction) = self.introduction.take() {
-            self.write(self.channels.log, tick, &introduction)?;
-        }
-        for event in events {
-            let line = self.events.line(event);
-            self.write(self.channels.log, tick, &line)?;
-        }
-        Ok(())
-    }
-
-    fn write_uav(&mut self, tick: i64, number: u32, uav: &UavFrame) -> Result<(), RecorderError> {
-        let UavChannels { control, state } = self.channels.uavs[number as usize - 1];
-        if let Some(terms) = &uav.control {
-            self.write(control, tick, &UavControl::of(tick, number, terms))?;
-        }
-        if let Some(truth) = &uav.state {
-            self.write(state, tick, &UavState::of(tick, truth))?;
-        }
-        Ok(())
-    }
-
-    fn write_some(
-        &mut self,
-        channel: u16,
-        tick: i64,
-        message: Option<&impl Encode>,
-    ) -> Result<(), RecorderError> {
-        message.map_or(Ok(()), |message| self.write(channel, tick, message))
-    }
-
-    fn write(&mut self, channel_id: u16, tick: i64, message: &impl Encode) -> Result<(), RecorderError> {
-        self.buffer.clear();
-        message.encode(&mut self.buffer).expect("a vector has room for any message");
-        // Both times are simulated: a wall-clock time would make the files of equal flights differ. The sequence is
-        // the tick, because readers group messages into ticks by it.
-        let log_time = self.clock.log_time_ns(tick);
-        let header = MessageHeader { channel_id, sequence: tick as u32, log_time, publish_time: log_time };
-        self.count(channel_id);
-        self.writer
-            .write_to_known_channel(&header, &self.buffer)
-            .map_err(RecorderError::log(&self.path, "written"))
+        self.stream.write_last_events(&mut self.file, tick, events)
     }
 
     /// Writes a message of another log of this flight, whose header already names a channel of this one.
     pub(crate) fn copy(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
-        self.flush_if_due(i64::from(header.sequence))?;
+        self.file.flush_if_due(i64::from(header.sequence))?;
+        self.file.write(header, data)
+    }
+
+    /// Lets `write` add other records to the file.
+    pub(crate) fn extend<T>(
+        &mut self,
+        write: impl FnOnce(&mut Writer<NoSeek<Sink>>) -> McapResult<T>,
+    ) -> Result<T, RecorderError> {
+        write(&mut self.file.writer).map_err(RecorderError::log(&self.file.path, "written"))
+    }
+
+    /// Writes all messages so far to the file.
+    pub(crate) fn flush(&mut self) -> Result<(), RecorderError> {
+        self.file.flush()
+    }
+
+    /// Moves the log to `path` in one step, in place of the file there.
+    pub(crate) fn move_to(&mut self, path: &Path) -> Result<(), RecorderError> {
+        // The open file stays the same file under its new name, so writing simply continues.
+        std::fs::rename(&self.file.path, path).map_err(RecorderError::log(&self.file.path, "renamed"))?;
+        path.clone_into(&mut self.file.path);
+        Ok(())
+    }
+
+    /// Flushes if the last flush was more than `period` of wall-clock time ago.
+    pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
+        if self.file.flushed.elapsed() > period { self.file.flush() } else { Ok(()) }
+    }
+
+    /// Ends the log with its `result` and its index.
+    pub(crate) fn finish(&mut self, mut result: BTreeMap<String, String>) -> Result<(), RecorderError> {
+        result.extend(self.stream.judged_counts(&self.file.counts));
+        let metadata = Metadata { name: RESULT.into(), metadata: result };
+        self.extend(|writer| writer.write_metadata(&metadata))?;
+        self.file.writer.finish().map(drop).map_err(RecorderError::log(&self.file.path, "finished"))
+    }
+}
+
+impl LogFile {
+    fn write(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), RecorderError> {
         self.count(header.channel_id);
         self.writer.write_to_known_channel(header, data).map_err(RecorderError::log(&self.path, "written"))
     }
@@ -226,14 +179,6 @@ impl LogWriter {
         self.messages += 1;
     }
 
-    /// Lets `write` add other records to the file.
-    pub(crate) fn extend<T>(
-        &mut self,
-        write: impl FnOnce(&mut Writer<NoSeek<Sink>>) -> McapResult<T>,
-    ) -> Result<T, RecorderError> {
-        write(&mut self.writer).map_err(RecorderError::log(&self.path, "written"))
-    }
-
     fn flush_if_due(&mut self, tick: i64) -> Result<(), RecorderError> {
         let interval = self.clock.interval(tick, FLUSHES_HZ);
         if interval == self.interval {
@@ -244,7 +189,7 @@ impl LogWriter {
     }
 
     /// Writes all messages so far to the file.
-    pub(crate) fn flush(&mut self) -> Result<(), RecorderError> {
+    fn flush(&mut self) -> Result<(), RecorderError> {
         self.flushed = Instant::now();
         // Before the first message only channels wait, and a chunk without messages makes Foxglove stop reading: see `open`.
         if self.messages == 0 {
@@ -252,33 +197,31 @@ impl LogWriter {
         }
         self.writer.flush().map_err(RecorderError::log(&self.path, "written"))
     }
+}
 
-    /// Moves the log to `path` in one step, in place of the file there.
-    pub(crate) fn move_to(&mut self, path: &Path) -> Result<(), RecorderError> {
-        // The open file stays the same file under its new name, so writing simply continues.
-        std::fs::rename(&self.path, path).map_err(RecorderError::log(&self.path, "renamed"))?;
-        path.clone_into(&mut self.path);
-        Ok(())
+impl MessageSink for LogFile {
+    type Error = RecorderError;
+
+    fn add_channel(&mut self, topic: &str, schema: &Schema, encoding: &str) -> Result<u16, RecorderError> {
+        // The writer returns the number of an equal schema that it has already, so topics of one type share a schema.
+        let schema_id = self.writer.add_schema(&schema.name, &schema.encoding, &schema.data);
+        schema_id
+            .and_then(|schema_id| self.writer.add_channel(schema_id, topic, encoding, &BTreeMap::new()))
+            .map_err(RecorderError::log(&self.path, "written"))
     }
 
-    /// Flushes if the last flush was more than `period` of wall-clock time ago.
-    pub(crate) fn flush_if_older(&mut self, period: Duration) -> Result<(), RecorderError> {
-        if self.flushed.elapsed() > period { self.flush() } else { Ok(()) }
-    }
-
-    /// Ends the log with its `result` and its index.
-    pub(crate) fn finish(&mut self, mut result: BTreeMap<String, String>) -> Result<(), RecorderError> {
-        result.extend(self.channels.judged_counts(&self.counts));
-        let metadata = Metadata { name: RESULT.into(), metadata: result };
-        self.writer
-            .write_metadata(&metadata)
-            .and_then(|()| self.writer.finish())
-            .map_err(RecorderError::log(&self.path, "finished"))?;
-        Ok(())
+    fn put(&mut self, channel_id: u16, tick: i64, data: &[u8]) -> Result<(), RecorderError> {
+        // Both times are simulated: a wall-clock time would make the files of equal flights differ. The sequence is
+        // the tick, because readers group messages into ticks by it.
+        let log_time = self.clock.log_time_ns(tick);
+        self.write(
+            &MessageHeader { channel_id, sequence: tick as u32, log_time, publish_time: log_time },
+            data,
+        )
     }
 }
 
-fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSeek<Sink>>, Channels)> {
+fn open(file: File, opening: &Opening, layout: &str) -> McapResult<Writer<NoSeek<Sink>>> {
     let mut writer = WriteOptions::new()
         .library(LIBRARY)
         .profile("")
@@ -305,8 +248,7 @@ fn open(file: File, opening: &Opening, layout: &str) -> McapResult<(Writer<NoSee
     }
     // Flush before the channels: a chunk without messages has no index, and Foxglove stops reading there.
     writer.flush()?;
-    let channels = Channels::register(&mut writer, opening.scenario.formation.uavs, opening.timing)?;
-    Ok((writer, channels))
+    Ok(writer)
 }
 
 /// The metadata about the run.
@@ -334,23 +276,6 @@ fn describe(opening: &Opening) -> BTreeMap<String, String> {
     run.into_iter().map(|(key, value)| (key.into(), value)).collect()
 }
 
-/// The first line of `/log`: swarm, law, rate, mode and seed.
-fn introduction(scenario: &Scenario) -> Log {
-    let text = format!(
-        "{} UAVs, {} law, {} Hz, {}, seed {}",
-        scenario.formation.uavs,
-        scenario.control.law.name(),
-        scenario.time.rate_hz,
-        mode_name(scenario),
-        scenario.seed
-    );
-    log_line(Clock::new(scenario.time.rate_hz), 0, Level::Info, "run", &text)
-}
-
-fn mode_name(scenario: &Scenario) -> &'static str {
-    if scenario.time.real_time { "real time" } else { "lockstep" }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -358,6 +283,7 @@ mod tests {
         schema::topics,
         testing::{self, flight, messages, place, record, ring_of},
     };
+    use foxglove::messages::Log;
     use mcap::Summary;
     use prost::Message;
     use std::fs;

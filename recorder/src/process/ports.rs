@@ -1,66 +1,85 @@
-//! The recorder's ends of the services.
+//! The ends of the services of whoever follows a flight: the recorder, and observers.
 //!
 //! Must never decide which ticks are complete.
 
-use super::{assembly::Assembly, recording::Recording};
-use crate::{RecorderError, log::Opening};
+use super::assembly::Assembly;
+use crate::RecorderError;
 use ringwing_bus::{
-    JournalReader, Member, Publisher, Stamps, Subscriber,
+    BusNode, JournalReader, Member, Publisher, Stamps, Subscriber,
     services::{self, RECORDER_DEPTH},
 };
-use ringwing_flight::{EventMessage, FormationError, LinkCounts};
+use ringwing_flight::{EventMessage, FormationError, LinkCounts, TimedEvent};
 
-/// What the recorder subscribes to, and the one thing that it publishes.
-pub(super) struct RecorderPorts {
+/// What a recorder or an observer subscribes to.
+pub(super) struct FlightPorts {
     journal: JournalReader,
     links: Subscriber<LinkCounts>,
     events: [Subscriber<EventMessage>; 2],
-    /// Whether the log shows how long ticks took.
+    /// Whether it wants to know how long ticks took.
     timing: bool,
-    formation_error: Publisher<FormationError>,
 }
 
-impl RecorderPorts {
-    /// Subscribes to everything that the log described by `opening` needs.
-    pub(super) fn open(member: &Member, opening: &Opening) -> Result<Self, RecorderError> {
-        let (node, count) = (member.node(), opening.scenario.formation.uavs);
+impl FlightPorts {
+    /// Subscribes to the flight of a swarm of `uavs` with all that the log needs.
+    pub(super) fn of_recorder(node: &BusNode, uavs: u32, timing: bool) -> Result<Self, RecorderError> {
+        Self::open(node, uavs, timing, JournalReader::of_recorder(node)?, RECORDER_DEPTH)
+    }
+
+    /// Subscribes to the flight with as little room as a passing look needs.
+    pub(super) fn of_observer(node: &BusNode, uavs: u32) -> Result<Self, RecorderError> {
+        Self::open(node, uavs, true, JournalReader::of_observer(node, uavs)?, services::OBSERVER_DEPTH)
+    }
+
+    fn open(
+        node: &BusNode,
+        uavs: u32,
+        timing: bool,
+        journal: JournalReader,
+        depth: usize,
+    ) -> Result<Self, RecorderError> {
         Ok(Self {
-            journal: JournalReader::open(node)?,
-            links: services::links(count).subscriber(node, RECORDER_DEPTH)?,
+            journal,
+            links: services::links(uavs).subscriber(node, depth)?,
+            // Whoever joins late gets what has happened before, so there has to be room for that.
             events: [
                 services::world_events().subscriber(node, RECORDER_DEPTH)?,
                 services::launcher_events().subscriber(node, RECORDER_DEPTH)?,
             ],
-            timing: opening.timing,
-            formation_error: services::formation_error().publisher(node)?,
+            timing,
         })
     }
 
-    /// Fetches everything that has been sent since the last call.
+    /// Fetches everything that has been sent since the last call; hands events to `take_event`.
     ///
     /// The journal comes first: whatever else belongs to one of its ticks was sent before it.
     pub(super) fn fetch(
         &self,
         assembly: &mut Assembly,
-        recording: &mut Recording,
+        mut take_event: impl FnMut(TimedEvent),
     ) -> Result<(), RecorderError> {
         self.journal.drain(|header, entries| {
             assembly.put_journal(header, entries.iter().map(|entry| &entry.0), self.timing);
         })?;
         self.links.drain(|counts, _| assembly.put_link(counts))?;
         for port in &self.events {
-            port.drain(|message, _| {
-                // Skip a message of another version whose event this version does not know.
-                if let Some(event) = message.event() {
-                    recording.log_event(event);
-                }
-            })?;
+            // Skip a message of another version whose event this version does not know.
+            port.drain(|message, _| message.event().into_iter().for_each(&mut take_event))?;
         }
         Ok(())
     }
+}
+
+/// The one thing that the recorder publishes.
+pub(super) struct ProgressPort(Publisher<FormationError>);
+
+impl ProgressPort {
+    /// Opens the port.
+    pub(super) fn open(member: &Member) -> Result<Self, RecorderError> {
+        Ok(Self(services::formation_error().publisher(member.node())?))
+    }
 
     /// Publishes how far the swarm is from its formation.
-    pub(super) fn send_progress(&self, error: FormationError) -> Result<(), RecorderError> {
-        Ok(self.formation_error.send(error, Stamps::now())?)
+    pub(super) fn send(&self, error: FormationError) -> Result<(), RecorderError> {
+        Ok(self.0.send(error, Stamps::now())?)
     }
 }

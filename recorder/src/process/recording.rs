@@ -3,8 +3,9 @@
 //! Must never know where frames come from: the same frames and events give the same log.
 
 use crate::{
-    Metrics, RecorderError,
+    RecorderError,
     flat::flattened,
+    follower::Follower,
     log::{
         LogWriter, Opening,
         gap::{Gap, Gaps},
@@ -12,9 +13,8 @@ use crate::{
         takeover,
     },
     metrics::{FlightSummary, Frame, Moment, judge},
-    show::view::Viewer,
 };
-use ringwing_flight::{Event, GapCause, Reporter, Tick, TickTiming, TimedEvent, WorldReport};
+use ringwing_flight::{Event, GapCause, Tick, TickTiming, TimedEvent, WorldReport};
 use ringwing_scenario::{Fault, Scenario};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -39,9 +39,8 @@ pub struct RecorderReport {
 /// A recording in progress.
 pub struct Recording {
     log: Option<LogWriter>,
-    metrics: Metrics,
+    flight: Follower,
     gaps: Gaps,
-    viewer: Viewer,
     /// What the flight is judged by.
     scenario: Scenario,
     timing: bool,
@@ -49,14 +48,8 @@ pub struct Recording {
     first_cause: GapCause,
     /// Whether a frame has come.
     began: bool,
-    /// Events that are not in the log yet.
-    waiting: Vec<TimedEvent>,
-    /// Events that a predecessor has logged already.
-    logged: Vec<TimedEvent>,
     /// The faults that were asked for during the flight. Events cut long sentences short, and these are whole.
     added_faults: Vec<Fault>,
-    /// The events of the scenario's own faults.
-    scheduled: Vec<TimedEvent>,
 }
 
 impl Recording {
@@ -75,33 +68,16 @@ impl Recording {
         // A successor misses what its predecessor had not flushed; a first recorder misses what flew before it was ready.
         let first_cause =
             if past.gaps.expected() > 0 { GapCause::LostWithPredecessor } else { GapCause::StartedLate };
-        let mut recording = Self {
+        Ok(Self {
             log,
-            metrics: past.metrics,
+            flight: Follower::resuming(opening.scenario, past.metrics, past.viewer, past.events),
             gaps: past.gaps,
-            viewer: past.viewer,
             scenario: opening.scenario.clone(),
             timing: opening.timing,
             first_cause,
             began: false,
-            waiting: Vec::new(),
-            logged: past.events,
             added_faults: Vec::new(),
-            scheduled: opening.scenario.schedule().announcements(),
-        };
-        recording.schedule_events();
-        Ok(recording)
-    }
-
-    /// Announces the events of the scenario's own faults, as far as a live run has not healed them before their time.
-    fn schedule_events(&mut self) {
-        for event in self.scheduled.clone() {
-            self.log_event(event);
-        }
-        // The predecessor may have logged that a user healed a fault. Its scheduled end must not follow as well.
-        for event in self.logged.clone() {
-            self.forget_overtaken_healing(&event);
-        }
+        })
     }
 
     /// The first tick that is not recorded yet.
@@ -111,41 +87,12 @@ impl Recording {
 
     /// The swarm in the last frame, if there was one.
     pub fn moment(&self) -> Option<&Moment> {
-        self.began.then(|| self.metrics.moment())
+        self.began.then(|| self.flight.moment())
     }
 
     /// Takes an event; the log gets it with the frame of its tick, or with the next one if that has passed.
     pub fn log_event(&mut self, event: TimedEvent) {
-        // Skip repetitions: a new recorder may receive events that its predecessor has logged, and every recorder
-        // announces the scenario's faults.
-        if !self.logged.contains(&event) {
-            self.forget_overtaken_healing(&event);
-            self.waiting.push(event);
-        }
-    }
-
-    /// Forgets the scheduled end of a fault that `event` says was healed before it: a fault ends once.
-    fn forget_overtaken_healing(&mut self, event: &TimedEvent) {
-        let Event::FaultHealed { sentence } = &event.event else { return };
-        if self.scheduled.contains(event) {
-            return;
-        }
-        let is_later = |timed: &TimedEvent| timed.tick > event.tick;
-        let is_same = |timed: &TimedEvent| match &timed.event {
-            Event::FaultHealed { sentence: other } | Event::LinkFault { sentence: other } => {
-                other == sentence
-            }
-            _ => false,
-        };
-        let next = (0..self.waiting.len())
-            .filter(|place| is_later(&self.waiting[*place]) && is_same(&self.waiting[*place]))
-            .min_by_key(|place| self.waiting[*place].tick);
-        // If the same fault begins again before that end, the end belongs to the new one.
-        if let Some(place) =
-            next.filter(|place| matches!(self.waiting[*place].event, Event::FaultHealed { .. }))
-        {
-            self.waiting.remove(place);
-        }
+        self.flight.take_event(event);
     }
 
     fn log_gap(&mut self, tick: i64, gap: Gap, cause: GapCause) {
@@ -162,31 +109,12 @@ impl Recording {
             self.log_gap(frame.tick, gap, cause);
         }
         self.began = true;
-        let events = self.take_events(frame.tick);
-        for event in &events {
-            self.metrics.on_event(event);
-            self.viewer.on_event(&event.event);
-        }
-        self.metrics.observe(frame);
-        self.metrics.set_lost(self.gaps.lost());
+        let events = self.flight.observe(frame);
+        self.flight.set_lost(self.gaps.lost());
         // Stop here without a log: only the log holds views, and making them takes longer than measuring.
         let Some(log) = &mut self.log else { return Ok(()) };
-        self.viewer.observe(frame);
-        if let Some(timing) = timing {
-            self.viewer.observe_timing(timing);
-        }
-        let view = self.viewer.view(frame, self.metrics.moment());
+        let view = self.flight.view(frame, timing);
         log.write_frame(frame, timing, &events, &view)
-    }
-
-    /// Takes the waiting events up to `tick`, in order of time and reporters.
-    fn take_events(&mut self, tick: i64) -> Vec<TimedEvent> {
-        if self.waiting.is_empty() {
-            return Vec::new();
-        }
-        self.waiting.sort_by_key(|timed| (timed.tick, timed.event.reporter()));
-        let due = self.waiting.partition_point(|event| event.tick.0 <= tick);
-        self.waiting.drain(..due).collect()
     }
 
     /// Flushes the log if the last flush was more than `period` of wall-clock time ago.
@@ -197,7 +125,7 @@ impl Recording {
     /// The report on the flight so far.
     pub fn report(&self) -> RecorderReport {
         RecorderReport {
-            summary: self.metrics.summary(),
+            summary: self.flight.summary(),
             gaps: self.gaps.closed().to_vec(),
             messages: self.log.as_ref().map_or(0, LogWriter::messages),
             problem: None,
@@ -208,13 +136,8 @@ impl Recording {
     pub fn finish(&mut self, world: Option<&WorldReport>) -> Result<(), RecorderError> {
         // A run that ends before its flight has no tick at all, and its last events are logged at tick 0.
         let last_tick = (self.gaps.expected() - 1).max(0);
-        let mut events = self.take_events(i64::MAX);
-        // The schedule announces faults up to any tick. Those of ticks that the flight never reached did not happen.
-        events.retain(|timed| timed.tick.0 <= last_tick || timed.event.reporter() != Reporter::Schedule);
-        for event in &events {
-            self.metrics.on_event(event);
-        }
-        let result = self.result(&self.metrics.summary(), world);
+        let events = self.flight.finish(last_tick);
+        let result = self.result(&self.flight.summary(), world);
         let Some(log) = &mut self.log else { return Ok(()) };
         log.write_last_events(last_tick, &events)?;
         log.finish(result)

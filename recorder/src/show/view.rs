@@ -37,7 +37,7 @@ const TIMING_HZ: u32 = 1;
 
 /// The messages that one tick adds; `None` for each that is not due or has not changed.
 #[derive(Debug, Default, PartialEq)]
-pub(crate) struct TickView {
+pub struct TickView {
     pub(crate) faults: Option<Faults>,
     pub(crate) leader_fix: Option<LocationFix>,
     pub(crate) map: Option<GeoJson>,

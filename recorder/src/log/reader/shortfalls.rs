@@ -4,8 +4,8 @@
 
 use super::survey::Survey;
 use crate::{
-    log::channels,
     schema::topics::{self, UavTopic},
+    stream::channels,
 };
 use ringwing_scenario::Scenario;
 

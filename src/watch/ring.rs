@@ -1,0 +1,104 @@
+//! The swarm from above: the circle that is flown, obstacles, slots and UAVs, in the dots of Braille letters.
+//!
+//! Must never stretch the picture: a circle is round on every terminal.
+
+use super::{model::Model, paint::Paint};
+use ratatui::{
+    Frame as Picture,
+    layout::Rect,
+    style::Color,
+    symbols::Marker,
+    text::Span,
+    widgets::canvas::{Canvas, Circle, Context, Line, Points},
+};
+use ringwing_recorder::{
+    metrics::{Frame, TrueState},
+    show::palette,
+};
+
+/// How much of the picture lies beyond the circle that is flown. Less cuts off UAVs beside it; more makes the ring small.
+const MARGIN: f64 = 1.35;
+/// The length of the line that shows a heading, as a share of the radius. Longer lines hide neighbours.
+const HEADING_SHARE: f64 = 0.22;
+/// The largest swarm in which every UAV is named. In larger ones, names hide the ring, so only those with news have theirs.
+const NAMED_MAX: usize = 12;
+/// The dots of a Braille letter, across and down.
+const DOTS: (f64, f64) = (2.0, 4.0);
+
+/// Draws the swarm of `model` into `area`.
+pub(super) fn draw(picture: &mut Picture, area: Rect, model: &Model) {
+    let Some(frame) = model.frame().filter(|_| area.width > 2 && area.height > 1) else { return };
+    let window = Window::of(frame, model, area);
+    let canvas = Canvas::default()
+        .marker(Marker::Braille)
+        .x_bounds([window.centre[0] - window.half[0], window.centre[0] + window.half[0]])
+        .y_bounds([window.centre[1] - window.half[1], window.centre[1] + window.half[1]])
+        .paint(|context| paint(context, frame, model, &window));
+    picture.render_widget(canvas, area);
+}
+
+/// The part of the world that is shown.
+struct Window {
+    centre: [f64; 2],
+    /// From the centre to the edges.
+    half: [f64; 2],
+    radius_m: f64,
+}
+
+impl Window {
+    /// The window round the leader that holds the circle and everybody who flies on command.
+    fn of(frame: &Frame, model: &Model, area: Rect) -> Self {
+        let radius_m = frame.ring.radius_m().unwrap_or_else(|| model.scenario().formation().radius_m());
+        let flying = || (1..).zip(&frame.uavs).filter_map(|(_, uav): (u32, _)| uav.commanded());
+        let centre = model.leader().unwrap_or_else(|| mean(flying()));
+        let distance = |state: &TrueState| (state.x_m - centre[0]).hypot(state.y_m - centre[1]);
+        let reach = flying().map(distance).fold(radius_m, f64::max) * MARGIN;
+        let dots = [f64::from(area.width) * DOTS.0, f64::from(area.height) * DOTS.1];
+        let metres_per_dot = 2.0 * reach / dots[0].min(dots[1]);
+        Self { centre, half: dots.map(|dots| dots * metres_per_dot / 2.0), radius_m }
+    }
+}
+
+fn mean<'f>(flying: impl Iterator<Item = &'f TrueState>) -> [f64; 2] {
+    let (mut sum, mut count) = ([0.0, 0.0], 0.0_f64);
+    for state in flying {
+        sum = [sum[0] + state.x_m, sum[1] + state.y_m];
+        count += 1.0;
+    }
+    sum.map(|sum| sum / count.max(1.0))
+}
+
+fn paint(context: &mut Context, frame: &Frame, model: &Model, window: &Window) {
+    let paint = Paint::of(model);
+    let [x, y] = window.centre;
+    context.draw(&Circle { x, y, radius: window.radius_m, color: paint.rgb(palette::QUIET) });
+    for obstacle in &model.scenario().obstacles {
+        let ([x, y], radius) = (obstacle.position_m, obstacle.radius_m);
+        context.draw(&Circle { x, y, radius, color: paint.rgb(palette::ALARM) });
+    }
+    let slots: Vec<(f64, f64)> =
+        frame.uavs.iter().filter_map(|uav| uav.commanded()?.slot_m).map(|[x, y]| (x, y)).collect();
+    context.draw(&Points { coords: &slots, color: paint.rgb(palette::BRIGHT) });
+    for state in frame.uavs.iter().filter_map(|uav| uav.state.as_ref()) {
+        paint_uav(context, state, window.radius_m * HEADING_SHARE, paint.rgb(palette::colour(state.uav)));
+    }
+    // Names come last, on a layer of their own, so that no dots cover them.
+    context.layer();
+    context.print(x, y, "+");
+    for state in frame.uavs.iter().filter_map(|uav| uav.state.as_ref()) {
+        if frame.uavs.len() <= NAMED_MAX || !state.is_commanded() {
+            context.print(state.x_m, state.y_m, name(state, paint));
+        }
+    }
+}
+
+fn paint_uav(context: &mut Context, state: &TrueState, length_m: f64, color: Color) {
+    let (sin, cos) = state.heading_rad.sin_cos();
+    let (x1, y1) = (state.x_m, state.y_m);
+    context.draw(&Line { x1, y1, x2: x1 + length_m * cos, y2: y1 + length_m * sin, color });
+}
+
+fn name(state: &TrueState, paint: Paint) -> Span<'static> {
+    let style = if state.is_commanded() { paint.uav(state.uav) } else { paint.bad() };
+    Span::styled(state.uav.to_string(), style)
+}
