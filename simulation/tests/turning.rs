@@ -197,7 +197,7 @@ fn the_racetrack_is_flown_from_200_drawn_starts() {
 
 #[test]
 fn a_formation_that_turns_with_its_leader_changes_its_shape_on_the_way() {
-    let mut scenario = preset("shape-change", &[]);
+    let mut scenario = preset("shape-change", &["time.duration_s=201"]);
     scenario.formation.frame = FormationFrame::Leader;
     // The line of the echelon reaches 113 m to each side, and its slots fall back within the speeds that such a turn leaves over.
     (scenario.leader.path.kind, scenario.leader.path.radius_m) = (PathKind::Circle, 1200.0);

@@ -4,7 +4,10 @@
 //! R from the centre in whatever shape, flies at v (1 + R / rho), and the innermost one at v (1 - R / rho). Never flies: it looks at the
 //! path alone, and a swarm that is still on its way to its slots needs a reserve beyond these bounds.
 
-use super::violation::{Violation, quantity};
+use super::{
+    UAVS_MAX, manoeuvres,
+    violation::{Violation, quantity},
+};
 use crate::{PathKind, Scenario, ShapeName, key};
 use ringwing_flight::{FormationFrame, PathMotion, WaypointError};
 
@@ -18,6 +21,7 @@ const MOMENTS: u32 = 16;
 /// Most points of a track. All of them are written into the log and sent to every process: a much larger limit makes both
 /// slow. At one point a second, this is an hour and a half.
 const POINTS_MAX: usize = 5000;
+
 /// Everything about the path that is impossible by itself or for the airframes.
 pub(super) fn leader_path(scenario: &Scenario) -> Vec<Violation> {
     let path = &scenario.leader.path;
@@ -52,7 +56,10 @@ fn has_formation(scenario: &Scenario) -> bool {
     // With another number of offsets than UAVs there is no formation; that has a message of its own.
     let is_listed =
         formation.shape != ShapeName::Offsets || formation.offsets.len() == formation.uavs as usize;
-    formation.uavs > 0 && formation.spacing_m > 0.0 && is_listed && leader.speed_m_s > 0.0 && speeds
+    // Slots of a formation of any shape take memory for each UAV.
+    let is_counted = (1..=UAVS_MAX).contains(&formation.uavs);
+    let is_spaced = formation.spacing_m > 0.0 && manoeuvres::quantities(scenario).is_empty();
+    is_counted && is_spaced && is_listed && leader.speed_m_s > 0.0 && speeds
 }
 
 /// A file that nothing reads is a mistake: the user expects its path to be flown.

@@ -58,7 +58,11 @@ pub(super) fn wait_until<S, E>(
         }
         match mode(subject) {
             WaitMode::Timed => {}
-            WaitMode::Untimed => patience = Patience::of(limit),
+            // The limit counts from the end of the untimed part on.
+            WaitMode::Untimed => {
+                patience = Patience::of(limit);
+                continue;
+            }
             // Look for a stop only now: what was waited for and has come still counts.
             WaitMode::Stopped => return Ok(WaitEnd::Stopped),
         }
