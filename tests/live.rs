@@ -63,7 +63,7 @@ fn a_viewer_of_a_live_run_decodes_what_the_log_gets_and_kills_a_uav() {
     let answer = answer["answer"].as_str().unwrap();
     assert!(answer.starts_with("tick ") && answer.ends_with("kill uav 3"), "{answer}");
     let refusal = viewer.call("/fault", &json!({ "sentence": "kill uav 9" })).unwrap_err();
-    assert_eq!(refusal, "refused: there is no uav 9");
+    assert_eq!(refusal, "refused: there is no uav 9: this run has UAVs 1 to 6");
     assert!(viewer.call("/fault", &json!({ "sentence": "kil uav 3" })).unwrap_err().contains("did you mean"));
     wait_until("the viewer sees the fault", || {
         let line = viewer.next("/log");
@@ -124,7 +124,11 @@ fn an_address_that_is_taken_or_open_to_others_is_told_and_the_flight_goes_on() {
     assert!(said.iter().all(|text| run.stderr.contains(text)), "{}", run.stderr);
     assert_eq!(run.number("ticks"), 200.0);
     let mut open = Swarm::fly("paper-4.1").with("--real-time --duration 600 --live=0.0.0.0:0").start();
-    open.wait_for_line("everybody who reaches this address can watch the flight and ask for faults");
+    address(&mut open);
+    send(open.launcher(), Signal::INT);
+    let said = "warning: --live=0.0.0.0:0: everybody who reaches this address can watch the flight and ask for faults";
+    let open = open.finish();
+    assert!(open.stderr.contains(said), "{}", open.stderr);
 }
 
 #[test]

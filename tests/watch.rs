@@ -126,7 +126,7 @@ fn a_log_is_watched_with_pauses_steps_and_speeds_and_takes_no_faults() {
     terminal.wait_for("it plays", |screen| screen.contains("6 of 6 fly"));
     terminal.type_keys(" ");
     let tick = |screen: &str| -> i64 {
-        screen.split(", tick ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap()
+        screen.split(", tick ").nth(1).unwrap().split_whitespace().next().unwrap().parse().unwrap()
     };
     let before = tick(&terminal.wait_for("it is paused", |screen| screen.contains("log, paused")));
     terminal.type_keys("s");

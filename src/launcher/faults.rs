@@ -111,7 +111,8 @@ impl Supervisor<'_> {
             return Ok(());
         }
         if request.sentence == OBSERVE {
-            return self.on_observer(request.reply);
+            self.on_observer(request.reply);
+            return Ok(());
         }
         if self.stage() != RunStage::Flying {
             request.reply.send("refused: the flight has not begun, or is over");
@@ -130,13 +131,12 @@ impl Supervisor<'_> {
     }
 
     /// Makes room for an observer, and removes those that were killed.
-    fn on_observer(&mut self, reply: Reply) -> Result<(), LaunchError> {
+    fn on_observer(&mut self, reply: Reply) {
         self.janitor.clean();
         match self.domain.make_room_for_observer(self.plan.scenario.formation.uavs) {
             Ok(()) => reply.send("there is room"),
             Err(lack) => reply.send(&format!("{REFUSED}{lack}")),
         }
-        Ok(())
     }
 
     fn decide_requests(&mut self, now: Tick) -> Result<(), LaunchError> {

@@ -46,7 +46,9 @@ impl Supervisor<'_> {
     pub(super) fn end_viewer(&mut self) -> Result<(), LaunchError> {
         for signal in [None, Some(ProcessSignal::Kill)] {
             let Some(pid) = self.viewer else { return Ok(()) };
-            signal.into_iter().for_each(|signal| send_signal(pid, signal));
+            if let Some(signal) = signal {
+                send_signal(pid, signal);
+            }
             let mut patience = Patience::of(LEAVE_LIMIT);
             while self.viewer.is_some() && !patience.is_over() {
                 self.wait(NOTICE_WAIT)?;

@@ -7,9 +7,9 @@ use super::{live::LiveFeed, model::Model, played::PlayedLog, prompt::Wish};
 /// What is watched.
 pub(super) enum Feed {
     /// A live run.
-    Live(LiveFeed),
+    Live(Box<LiveFeed>),
     /// A log.
-    Log(PlayedLog),
+    Log(Box<PlayedLog>),
 }
 
 impl Feed {
@@ -36,7 +36,7 @@ impl Feed {
     pub(super) fn ask(&mut self, wish: Wish, model: &mut Model) {
         match self {
             Self::Live(live) => live.ask(wish, model),
-            Self::Log(log) => log.ask(wish, model),
+            Self::Log(log) => log.ask(&wish, model),
         }
     }
 }

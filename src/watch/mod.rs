@@ -70,11 +70,11 @@ fn open(name: Option<&Path>) -> anyhow::Result<(Feed, ringwing_scenario::Scenari
     };
     if let Some(id) = live {
         let (feed, scenario) = LiveFeed::open(&id)?;
-        return Ok((Feed::Live(feed), scenario));
+        return Ok((Feed::Live(Box::new(feed)), scenario));
     }
     let log = config::log(name.unwrap_or(Path::new("latest")));
     let (feed, scenario) = PlayedLog::open(&log)?;
-    Ok((Feed::Log(feed), scenario))
+    Ok((Feed::Log(Box::new(feed)), scenario))
 }
 
 /// The domain of the live run that `name` stands for, if there is one.

@@ -37,6 +37,7 @@ pub(super) enum Pace {
 #[derive(Debug, Default)]
 pub(super) struct Course {
     values: VecDeque<f64>,
+    newest: Option<f64>,
     /// The largest, or smallest, value since the last picture.
     pending: Option<f64>,
 }
@@ -44,6 +45,7 @@ pub(super) struct Course {
 impl Course {
     fn note(&mut self, value: Option<f64>, worse: fn(f64, f64) -> f64) {
         let Some(value) = value else { return };
+        self.newest = Some(value);
         self.pending = Some(self.pending.map_or(value, |other| worse(value, other)));
     }
 
@@ -60,9 +62,9 @@ impl Course {
         self.values.iter().skip(self.values.len().saturating_sub(most)).copied().collect()
     }
 
-    /// The newest value.
+    /// The value in the last tick. The course itself has the worst one of each picture.
     pub(super) fn newest(&self) -> Option<f64> {
-        self.values.back().copied()
+        self.newest
     }
 }
 

@@ -40,7 +40,7 @@ impl Paint {
     }
 
     /// The style of the first line.
-    pub(super) fn head(self) -> Style {
+    pub(super) fn head() -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }
 

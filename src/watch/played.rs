@@ -50,8 +50,12 @@ impl PlayedLog {
         // opens the log, which was readable a moment ago, once more.
         thread::spawn(move || {
             let Ok(mut reader) = Reader::open(&path) else { return };
-            let mut all = reader.ticks(&flown).filter(|tick| tick.has_uavs() || !tick.events.is_empty());
-            let _ = all.try_for_each(|tick| sender.send(tick));
+            let all = reader.ticks(&flown).filter(|tick| tick.has_uavs() || !tick.events.is_empty());
+            for tick in all {
+                if sender.send(tick).is_err() {
+                    return;
+                }
+            }
         });
         let played = Self {
             ticks,
@@ -93,10 +97,10 @@ impl PlayedLog {
     }
 
     /// Does what the user wishes.
-    pub(super) fn ask(&mut self, wish: Wish, model: &mut Model) {
+    pub(super) fn ask(&mut self, wish: &Wish, model: &mut Model) {
         let now = Instant::now();
         self.due = self.due_tick(now);
-        match wish {
+        match *wish {
             Wish::Toggle => self.since = if self.since.is_some() { None } else { Some((self.due, now)) },
             Wish::Step(ticks) => {
                 // From the tick that is shown: the clock may be between two ticks.
@@ -104,7 +108,7 @@ impl PlayedLog {
                 (self.since, self.due) = (None, shown + f64::from(ticks));
             }
             Wish::Faster | Wish::Slower => {
-                let factor = if wish == Wish::Faster { FACTOR } else { 1.0 / FACTOR };
+                let factor = if *wish == Wish::Faster { FACTOR } else { 1.0 / FACTOR };
                 self.speed = (self.speed * factor).clamp(SPEEDS.0, SPEEDS.1);
                 self.since = self.since.map(|_| (self.due, now));
             }

@@ -1,4 +1,4 @@
-//! The picture in the terminal: a line about the flight, the UAVs, the ring, four courses over time, events, and the keys.
+//! The picture in the terminal: two lines about the flight, the UAVs, the ring, four courses over time, events, and the keys.
 //!
 //! Must never need colours: with `NO_COLOR` everything is said in letters as well.
 
@@ -20,8 +20,10 @@ use ringwing_recorder::{metrics::UavFrame, show::palette};
 
 /// The smallest terminal that shows the picture, in columns and rows. On a smaller one, lines would be cut that belong together.
 const SMALLEST: (u16, u16) = (60, 16);
-/// Columns of the table of UAVs.
-const TABLE_COLUMNS: u16 = 42;
+/// Columns of the table of UAVs, with a gap after it. Fewer cut the ages; more leave less for the ring.
+const TABLE_COLUMNS: u16 = 45;
+/// Rows of the head. In one row the state of the flight would not fit 80 columns.
+const HEAD_ROWS: u16 = 2;
 /// Rows of the courses: their titles, and three of bars.
 const COURSE_ROWS: u16 = 4;
 /// Steps in which the height of a bar is given. Fewer show as steps; more cannot be seen.
@@ -37,7 +39,7 @@ pub(super) fn draw(picture: &mut Picture, model: &Model, prompt: &Prompt) {
         return;
     }
     let [head, middle, courses, events, notice, keys] = Layout::vertical([
-        Constraint::Length(1),
+        Constraint::Length(HEAD_ROWS),
         Constraint::Fill(2),
         Constraint::Length(COURSE_ROWS),
         Constraint::Fill(1),
@@ -48,7 +50,7 @@ pub(super) fn draw(picture: &mut Picture, model: &Model, prompt: &Prompt) {
     let [table, sky] =
         Layout::horizontal([Constraint::Length(TABLE_COLUMNS), Constraint::Fill(1)]).areas(middle);
     let paint = Paint::of(model);
-    picture.render_widget(Paragraph::new(headline(model)).style(paint.head()), head);
+    picture.render_widget(Paragraph::new(headline(model)).style(Paint::head()), head);
     draw_table(picture, table, model);
     ring::draw(picture, sky, model);
     draw_courses(picture, courses, model);
@@ -68,10 +70,10 @@ fn headline(model: &Model) -> String {
     );
     let law = scenario.control.law.name();
     format!(
-        " {}, {law} law | {when} | {} | {} of {uavs} fly",
+        " {}, {law} law | {} of {uavs} fly\n {} | {when}",
         scenario.name,
-        model.pace_text(),
-        model.commanded()
+        model.commanded(),
+        model.pace_text()
     )
 }
 

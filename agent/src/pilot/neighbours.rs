@@ -101,3 +101,64 @@ impl Neighbours {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A UAV that considers a neighbour lost after 100 silent ticks.
+    fn neighbours(own: u32) -> Neighbours {
+        let mut scenario = Scenario::default();
+        scenario.control.ring_closes = true;
+        Neighbours::new(&scenario, UavId(own), 100)
+    }
+
+    fn state(uav: u32, tick: i64, x_m: f64) -> UavState {
+        UavState {
+            tick: Tick(tick),
+            position_m: [x_m, 0.0],
+            heading_rad: 0.0,
+            speed_m_s: 15.0,
+            turn_rate_rad_s: 0.0,
+            uav: UavId(uav),
+            reserved: 0,
+            rumours: Default::default(),
+        }
+    }
+
+    /// UAV 2 hears from UAV 1 in each tick up to `until`, and from UAV 3 the states that `of_three` gives.
+    fn fly(until: i64, of_three: impl Fn(i64) -> Option<UavState>) -> Neighbours {
+        let mut neighbours = neighbours(2);
+        for tick in 0..until {
+            let heard = [Some(state(1, tick, 0.0)), of_three(tick)];
+            heard.iter().flatten().for_each(|state| neighbours.receive(state, Tick(tick)));
+            neighbours.update(Tick(tick));
+        }
+        neighbours
+    }
+
+    #[test]
+    fn the_newest_state_of_a_neighbour_is_kept_and_that_of_a_stranger_is_not() {
+        let mut neighbours = neighbours(2);
+        for (uav, tick, x_m) in [(3, 5, 50.0), (3, 4, 40.0), (5, 5, 0.0)] {
+            neighbours.receive(&state(uav, tick, x_m), Tick(6));
+        }
+        let newest = neighbours.newest(UavId(3)).expect("it was heard");
+        assert_eq!((newest.tick, newest.pose.position.x), (Tick(5), 50.0));
+        assert!(neighbours.newest(UavId(5)).is_none() && neighbours.newest(UavId(1)).is_none());
+    }
+
+    #[test]
+    fn a_neighbour_that_falls_silent_or_sends_damaged_states_is_lost() {
+        let heard = fly(300, |tick| Some(state(3, tick, 0.0)));
+        assert!(heard.is_alive(UavId(3)) && heard.lost_fingerprint() == 0 && heard.revision() == 0);
+        let silent = fly(300, |tick| (tick < 100).then(|| state(3, tick, 0.0)));
+        let damaged = fly(300, |tick| Some(state(3, tick, if tick < 100 { 0.0 } else { f64::NAN })));
+        for neighbours in [&silent, &damaged] {
+            assert!(!neighbours.is_alive(UavId(3)) && neighbours.revision() > 0);
+            assert!(neighbours.listened().contains(&UavId(4)), "it listens beyond the gap");
+        }
+        assert_ne!(silent.lost_fingerprint(), 0);
+        assert_eq!(silent.lost_fingerprint(), damaged.lost_fingerprint(), "both miss the same UAV");
+    }
+}

@@ -245,6 +245,22 @@ mod tests {
         assert!(uav == UavId(4) && (distance_m - 80.0).abs() < 1e-9 && geometry.neighbours[1].is_none());
     }
 
+    #[test]
+    fn the_slot_of_a_uav_that_returns_is_at_its_place_at_once_and_the_others_move_there() {
+        let mut slots = slots(2);
+        slots.reform(Tick(0), |uav| uav != UavId(3));
+        let closed = advanced(&mut slots, 600);
+        slots.reform(Tick(600), |_| true);
+        let opening = advanced(&mut slots, 600);
+        assert!((opening.slot - closed.slot).norm() < 1e-9, "its own slot has not moved yet");
+        let place = self::slots(3).geometry().slot;
+        let [previous, next] = opening.neighbours.map(Option::unwrap);
+        assert_eq!((previous.0, next.0), (UavId(1), UavId(3)));
+        assert!((previous.1 - 40.0).abs() < 1e-9, "nor has that of uav 1: {} m", previous.1);
+        assert!((next.1 - (place - closed.slot).norm()).abs() < 1e-9, "{} m to uav 3", next.1);
+        assert!((advanced(&mut slots, 1200).neighbours[1].unwrap().1 - 40.0).abs() < 1e-9);
+    }
+
     /// The slots of six UAVs that become a vee from tick 100 to 2100.
     fn becoming_a_vee(own: u32) -> Slots {
         let mut scenario = Scenario::default();
