@@ -45,7 +45,7 @@ pub(super) struct Recoveries {
     pub(super) listed: Vec<FaultRecovery>,
 }
 
-/// A fault or the begin of a manoeuvre.
+/// A fault or the start of a manoeuvre.
 #[derive(Debug, Clone)]
 pub(super) struct Disturbance {
     pub(super) tick: i64,

@@ -263,7 +263,7 @@ pub struct RequirementsSection {
     /// Latest time at which the formation has settled: from then on every slot error stays within 1 m for 5 s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settling_max_s: Option<f64>,
-    /// Longest time after a fault or the begin of a manoeuvre in which the formation has settled again.
+    /// Longest time after a fault or the start of a manoeuvre in which the formation has settled again.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recovery_max_s: Option<f64>,
     /// Largest distance of a UAV from its slot at the end.
