@@ -56,7 +56,7 @@ pub(super) fn draw(picture: &mut Picture, model: &Model, prompt: &Prompt) {
     draw_courses(picture, courses, model);
     draw_events(picture, events, model);
     picture.render_widget(Paragraph::new(notice_line(model, prompt)), notice);
-    let help = "q quit  p pause/go on  s step  S step 1 s  f fault  +/- speed of a log  up/down UAVs";
+    let help = "q quit  p pause/go on  s step  S step 1 s  f fault  +/- log speed  up/down UAVs";
     picture.render_widget(Paragraph::new(help).style(paint.quiet()), keys);
 }
 
@@ -205,7 +205,7 @@ mod tests {
     fn the_picture_fits_a_terminal_of_80_by_24() {
         let picture = picture(80, 24, &Prompt::Closed);
         for text in [
-            "paper-4.2, paper law",
+            "unnamed, paper law",
             "of 6 fly",
             "uav mode",
             "  6 commanded",
@@ -213,6 +213,7 @@ mod tests {
             "closest ",
             "tick 20.00 us",
             "q quit",
+            "up/down UAVs",
             "link 2->3 hold",
         ] {
             assert!(picture.contains(text), "no {text:?} in\n{picture}");
