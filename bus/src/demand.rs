@@ -148,9 +148,9 @@ pub(crate) fn successor_bytes() -> u64 {
     bytes(PAGES_PER_INCARNATION)
 }
 
-/// Shared memory of an observer of a swarm of `uavs`, in bytes.
+/// Shared memory of an observer of a swarm of `uavs` that hangs, in bytes.
 pub(crate) fn observer_bytes(uavs: u32) -> u64 {
-    bytes(PAGES_PER_OBSERVER + PAGES_PER_OBSERVED_UAV * u64::from(uavs))
+    bytes(PAGES_PER_OBSERVER + PAGES_PER_OBSERVED_UAV * u64::from(uavs)) + journal::observer_lag_bytes(uavs)
 }
 
 /// Shared memory of the boards of `part` in a swarm of `uavs`, in bytes.

@@ -58,10 +58,14 @@ pub(crate) fn sample_bytes(uavs: u32) -> usize {
     size_of::<JournalHeader>() + uavs as usize * size_of::<JournalEntry>() + SAMPLE_OVERHEAD
 }
 
-/// Memory that the journal of a swarm of `uavs` takes when the recorder lags by all `depth` ticks and every observer hangs, in
-/// bytes.
+/// Memory that the journal of a swarm of `uavs` takes when the recorder lags by all `depth` ticks, in bytes.
 pub(crate) fn lag_bytes(uavs: u32, depth: usize) -> u64 {
-    ((depth + IN_USE + OBSERVERS * observer_depth(uavs)) * sample_bytes(uavs)) as u64
+    ((depth + IN_USE) * sample_bytes(uavs)) as u64
+}
+
+/// Memory that it takes further for an observer that hangs, in bytes.
+pub(crate) fn observer_lag_bytes(uavs: u32) -> u64 {
+    (observer_depth(uavs) * sample_bytes(uavs)) as u64
 }
 
 /// How many ticks of a swarm of `uavs` wait for an observer.
