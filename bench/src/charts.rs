@@ -17,7 +17,7 @@ use ringwing_drawing::{
     scale::Scale,
     strip::{self, ColourKey, StripRow},
 };
-use std::collections::BTreeSet;
+use std::{borrow::Cow, collections::BTreeSet};
 
 /// Colours of curves, in this order and then again from the first. Okabe and Ito's, which colour-blind people can tell apart,
 /// those that are dark enough for white paper first; then darker shades of them.
@@ -47,12 +47,35 @@ const POINTS_PER_DECADE: u32 = 40;
 /// Most points of a curve. A percentile curve has fewer, so it keeps all its points; a smaller limit would drop some.
 const DETAIL: usize = 600;
 
-/// A drawn chart with its text.
+/// A picture with its text.
 pub(crate) struct Picture {
     pub(crate) title: String,
     pub(crate) caption: String,
-    /// The chart, as SVG.
-    pub(crate) svg: String,
+    pub(crate) drawing: Drawing,
+}
+
+/// What a picture shows.
+pub(crate) enum Drawing {
+    /// A chart.
+    Chart(Chart),
+    /// Strips over time, as SVG.
+    Strip(String),
+}
+
+impl Picture {
+    /// The name of its file, without an extension: its title, in letters that every file system takes.
+    pub(crate) fn name(&self) -> String {
+        let words = self.title.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
+        words.map(str::to_lowercase).collect::<Vec<_>>().join("-")
+    }
+
+    /// The picture for a paper.
+    pub(crate) fn svg(&self) -> Result<Cow<'_, str>, DrawingError> {
+        match &self.drawing {
+            Drawing::Chart(chart) => chart.svg().map(Cow::Owned),
+            Drawing::Strip(svg) => Ok(svg.into()),
+        }
+    }
 }
 
 /// All charts for which `results` hold enough.
@@ -60,12 +83,12 @@ pub(crate) fn all(results: &Results) -> Result<Vec<Picture>, DrawingError> {
     let mut pictures = Vec::new();
     let loads: BTreeSet<Load> = results.cases.iter().map(|measured| measured.case.load).collect();
     for load in loads {
-        pictures.extend(over_floor(results, load)?);
-        pictures.extend(growth(results, load)?);
+        pictures.extend(over_floor(results, load));
+        pictures.extend(growth(results, load));
         for uavs in sizes(results, load) {
-            pictures.extend(distribution(results, load, uavs)?);
+            pictures.extend(distribution(results, load, uavs));
         }
-        pictures.extend(hops(results, load)?);
+        pictures.extend(hops(results, load));
     }
     pictures.extend(over_time(results)?);
     Ok(pictures)
@@ -96,7 +119,7 @@ fn ink(index: usize) -> RGBColor {
 }
 
 /// Tick times as multiples of the floor's.
-fn over_floor(results: &Results, load: Load) -> Result<Option<Picture>, DrawingError> {
+fn over_floor(results: &Results, load: Load) -> Option<Picture> {
     let spread = |measured: &Measured| Spread::of(&quantity::floor_ratios(results, measured));
     let chart = over_sizes(results, load, "times the floor", spread);
     drawn(
@@ -104,19 +127,19 @@ fn over_floor(results: &Results, load: Load) -> Result<Option<Picture>, DrawingE
         "Tick time as a multiple of the floor: the gate alone with the same number of processes and no data. Each repeat \
          is divided by the floor of its own round; dots are medians, bars are ranges."
             .into(),
-        &chart,
+        chart,
     )
 }
 
 /// Tick times by the number of UAVs.
-fn growth(results: &Results, load: Load) -> Result<Option<Picture>, DrawingError> {
+fn growth(results: &Results, load: Load) -> Option<Picture> {
     let spread = |measured: &Measured| Some(Spread::of(&quantity::tick_times_ns(measured))?.times(1e-3));
     let chart = over_sizes(results, load, "tick time, us", spread);
     let what = if load == Load::Closed { "mean time from tick to tick" } else { "median of the whole tick" };
     drawn(
         format!("Tick time by number of UAVs, {}", label::load(load)),
         format!("The {what}. Dots are medians of the repeats, bars are ranges. Both axes are logarithmic."),
-        &chart,
+        chart,
     )
 }
 
@@ -158,7 +181,7 @@ fn with_ranges(name: String, colour: RGBColor, points: &[(f64, Spread)]) -> Vec<
 }
 
 /// The distributions of the whole tick of all setups of one size.
-fn distribution(results: &Results, load: Load, uavs: u32) -> Result<Option<Picture>, DrawingError> {
+fn distribution(results: &Results, load: Load, uavs: u32) -> Option<Picture> {
     // The same numbers as in `over_sizes`, so that the colours match.
     let curve = |(index, setup): (usize, String)| {
         let is_it = |one: &&Measured| one.case.uavs == uavs && label::setup(&one.case) == setup;
@@ -170,14 +193,14 @@ fn distribution(results: &Results, load: Load, uavs: u32) -> Result<Option<Pictu
         format!("Whole tick, {}, {}: percentiles", label::uavs(uavs), label::load(load)),
         "All samples of all repeats, up to the slowest one. The right end of a curve rests on few samples."
             .into(),
-        &percentile_chart(lines),
+        percentile_chart(lines),
     )
 }
 
 /// The distributions of the hops of the largest swarm.
-fn hops(results: &Results, load: Load) -> Result<Option<Picture>, DrawingError> {
+fn hops(results: &Results, load: Load) -> Option<Picture> {
     let swarms = of_load(results, load).filter(|measured| measured.case.carrier == Carrier::Swarm);
-    let Some(measured) = swarms.max_by_key(|measured| measured.case.uavs) else { return Ok(None) };
+    let measured = swarms.max_by_key(|measured| measured.case.uavs)?;
     let curve = |(index, hop): (usize, Hop)| {
         percentile_curve(label::hop(hop).into(), index, &quantity::all_samples(measured, hop))
     };
@@ -187,7 +210,7 @@ fn hops(results: &Results, load: Load) -> Result<Option<Picture>, DrawingError> 
         "wake: the world opens the tick until an agent wakes; read: until it has read its inputs; compute: until it has \
          its answer; return: until the world has read the answer."
             .into(),
-        &percentile_chart(lines),
+        percentile_chart(lines),
     )
 }
 
@@ -213,12 +236,9 @@ fn percentile_curve(name: String, index: usize, samples: &Latencies) -> Option<C
     (samples.n() > 1).then_some(Curve { name, colour: ink(index), stroke: Stroke::Solid, points })
 }
 
-/// Draws `chart`; `None` if it has no line.
-fn drawn(title: String, caption: String, chart: &Chart) -> Result<Option<Picture>, DrawingError> {
-    if chart.lines.is_empty() {
-        return Ok(None);
-    }
-    Ok(Some(Picture { title, caption, svg: chart.svg()? }))
+/// The picture of `chart`; `None` if it has no line.
+fn drawn(title: String, caption: String, chart: Chart) -> Option<Picture> {
+    (!chart.lines.is_empty()).then_some(Picture { title, caption, drawing: Drawing::Chart(chart) })
 }
 
 /// The whole ticks of every case over time: their medians, and the longest ones.
@@ -246,7 +266,8 @@ fn strip(
         "Each row is a case, with its repeats side by side. Each cell is a slice of time, coloured by its multiple of the \
          median of the case: {hint}."
     );
-    Ok(Some(Picture { title: format!("Over time: {what}"), caption, svg: strip::svg(&rows, key)? }))
+    let drawing = Drawing::Strip(strip::svg(&rows, key)?);
+    Ok(Some(Picture { title: format!("Over time: {what}"), caption, drawing }))
 }
 
 fn row(measured: &Measured, get: fn(&TimeSlice) -> u64) -> Option<StripRow> {

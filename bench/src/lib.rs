@@ -18,6 +18,7 @@ mod args;
 mod axes;
 mod case;
 mod case_args;
+mod cells;
 mod charts;
 mod compare;
 mod doctor;

@@ -6,7 +6,7 @@ use crate::{
     args::{BenchArgs, BenchVerb},
     axes::Axes,
     case::{Carrier, Case},
-    compare, doctor,
+    charts, compare, doctor,
     error::BenchError,
     histogram_files, machine, page,
     result::{FORMAT, Machine, RESULTS_FILE, Results},
@@ -18,6 +18,8 @@ use std::{fs, path::Path, time::SystemTime};
 
 /// Name of the page beside the results.
 const PAGE: &str = "index.html";
+/// Name of the folder with the pictures for papers beside the results.
+const CHARTS: &str = "charts";
 /// Name of the folder with the histograms beside the results.
 const HISTOGRAMS: &str = "histograms";
 
@@ -114,16 +116,24 @@ fn inspect(axes: &Axes) -> Machine {
 /// The table, and where the files are that were `written`.
 fn text(results: &Results, written: Option<&Path>) -> String {
     let files = written
-        .map(|out| format!("\n\nresults  {}: {RESULTS_FILE}, {PAGE}, {HISTOGRAMS}/", out.display()))
+        .map(|out| {
+            format!("\n\nresults  {}: {RESULTS_FILE}, {PAGE}, {CHARTS}/, {HISTOGRAMS}/", out.display())
+        })
         .unwrap_or_default();
     table::render(results).trim_end().to_owned() + &files
 }
 
 fn write(out: &Path, json: &str, results: &Results) -> Result<(), BenchError> {
-    let all = || {
-        write_whole(&out.join(RESULTS_FILE), json)?;
-        write_whole(&out.join(PAGE), page::render(results))?;
-        histogram_files::write(&out.join(HISTOGRAMS), results)
-    };
-    all().map_err(BenchError::file(out, "written"))
+    let failed = || BenchError::file(out, "written");
+    // The results come first: whatever fails later can be drawn from them again.
+    write_whole(&out.join(RESULTS_FILE), json).map_err(failed())?;
+    let pictures = charts::all(results)?;
+    let folder = out.join(CHARTS);
+    fs::create_dir_all(&folder).map_err(failed())?;
+    for picture in &pictures {
+        let svg = picture.svg()?;
+        write_whole(&folder.join(picture.name()).with_extension("svg"), svg.as_bytes()).map_err(failed())?;
+    }
+    write_whole(&out.join(PAGE), page::render(results, &pictures, CHARTS)).map_err(failed())?;
+    histogram_files::write(&out.join(HISTOGRAMS), results).map_err(failed())
 }

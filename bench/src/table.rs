@@ -4,17 +4,17 @@
 
 use crate::{
     case::Load,
-    label::{self, grouped, us},
-    latencies::{Latencies, PERCENTILES},
-    machine,
-    quantity::{self, Budget},
-    result::{Hop, Measured, Results},
+    cells, label, machine, quantity,
+    result::{Measured, Results},
 };
 use std::collections::BTreeSet;
 
 /// Width of the names of cases. Longer names get a line of their own.
 const NAME: usize = 42;
-const FLOOR: &str = "  Floor: the gate alone, with as many processes and no data, in the same round. Medians of repeats (ranges).";
+/// What the floor is.
+pub(crate) const FLOOR: &str = "Floor: the gate alone, with as many processes and no data, in the same round. Medians of repeats (ranges).";
+/// What the table of budgets is about.
+pub(crate) const BUDGETS: &str = "Where the time goes: CPU time of all processes together";
 /// What the columns and rows of a case mean.
 pub(crate) const LEGEND: &str = "\
 Times are in us. min, percentiles and max are over all samples of all repeats; n is their number: one per tick
@@ -35,7 +35,7 @@ pub(crate) fn render(results: &Results) -> String {
 }
 
 /// What was measured and when, and what to know before reading on.
-pub(crate) fn opening(results: &Results) -> String {
+fn opening(results: &Results) -> String {
     let Results { ringwing, began, seed, command, .. } = results;
     let interrupted =
         if results.interrupted { "  Interrupted: these are the cases measured until then.\n" } else { "" };
@@ -53,45 +53,30 @@ pub(crate) fn loads(results: &Results) -> BTreeSet<Load> {
 }
 
 /// Tick times of one load, and their ratios to the floor.
-pub(crate) fn headline(results: &Results, load: Load) -> String {
-    let what = match load {
-        Load::Closed => "mean time from tick to tick",
-        Load::Paced(_) => "median of the whole tick",
+fn headline(results: &Results, load: Load) -> String {
+    let line = |[uavs, setup, ratio, time, repeats]: [&str; 5]| {
+        format!("{uavs:>6}  {setup:<34} {ratio:>24} {time:>26} {repeats:>8}\n")
     };
-    let mut cases: Vec<&Measured> = results.cases.iter().filter(|one| one.case.load == load).collect();
-    // The sort is stable: cases of one size keep the order of the command line.
-    cases.sort_by_key(|measured| measured.case.uavs);
-    let rows: Vec<String> = cases.iter().map(|measured| headline_row(results, measured)).collect();
+    let cases = cells::by_size(results, load).into_iter();
+    let rows: String =
+        cases.map(|case| line(cells::headline(results, case).each_ref().map(String::as_str))).collect();
     format!(
-        "Tick time, {load}: {what}, and its ratio to the floor\n\
-         {:>6}  {:<34} {:>24} {:>26} {:>8}\n\
-         {}{FLOOR}\n\n",
-        "UAVs",
-        "setup",
-        "times the floor",
-        "us",
-        "repeats",
-        rows.concat(),
-        load = label::load(load),
+        "Tick time, {}: {}, and its ratio to the floor\n{}{rows}  {FLOOR}\n\n",
+        label::load(load),
+        cells::tick_time(load),
+        line(cells::HEADLINE),
     )
 }
 
-fn headline_row(results: &Results, measured: &Measured) -> String {
-    let ratio = quantity::summary(&quantity::floor_ratios(results, measured), |ratio| format!("{ratio:.2}"));
-    let time = quantity::summary(&quantity::tick_times_ns(measured), us);
-    let (uavs, setup) = (measured.case.uavs, label::setup(&measured.case));
-    format!("{uavs:>6}  {setup:<34} {ratio:>24} {time:>26} {:>8}\n", measured.repeats.len())
-}
-
 /// One case: its rate, the distributions of its hops, what was missed, and why it is incomplete.
-pub(crate) fn block(measured: &Measured) -> String {
+fn block(measured: &Measured) -> String {
     let mut text = format!("{}\n", label::case(&measured.case));
     if !measured.repeats.is_empty() {
-        text.push_str(&rate(measured));
+        text.extend(["  ", &cells::rate(measured), "\n"]);
         text.push_str(&distributions(measured));
     }
-    if measured.case.load != Load::Closed {
-        text.push_str(&misses(measured));
+    if let Some(misses) = cells::misses(measured) {
+        text.extend(["  ", &misses, "\n"]);
     }
     if let Some(failure) = &measured.failure {
         text.extend(["  incomplete: ", failure, "\n"]);
@@ -99,78 +84,36 @@ pub(crate) fn block(measured: &Measured) -> String {
     text + "\n"
 }
 
-fn rate(measured: &Measured) -> String {
-    let per_s = quantity::summary(&quantity::ticks_per_s(measured), |ticks| grouped(ticks.round() as u64));
-    let ticks: u64 = measured.repeats.iter().map(|repeat| repeat.ticks).sum();
-    let repeats = match measured.repeats.len() {
-        1 => "1 repeat".into(),
-        count => format!("{count} repeats"),
-    };
-    format!("  {per_s} ticks/s; {} ticks in {repeats}\n", grouped(ticks))
-}
-
 fn distributions(measured: &Measured) -> String {
-    let names: Vec<String> = PERCENTILES.iter().map(|(name, _)| format!(" {name:>10}")).collect();
-    let mut text = format!("  {:<10} {:>13} {:>10}{} {:>12}\n", "us", "n", "min", names.concat(), "max");
-    let row = |hop| distribution(hop, &quantity::all_samples(measured, hop));
-    text.extend(quantity::hops(measured).into_iter().map(row));
-    text
+    let row = |hop| distribution(&cells::distribution(hop, &quantity::all_samples(measured, hop)));
+    let heads: Vec<String> = cells::distribution_heads().map(Into::into).collect();
+    std::iter::once(distribution(&heads)).chain(quantity::hops(measured).into_iter().map(row)).collect()
 }
 
-fn distribution(hop: Hop, samples: &Latencies) -> String {
-    let shown = |ns: Option<u64>| ns.map_or_else(|| "-".into(), |ns| us(ns as f64));
-    let (hop, n, min, max) =
-        (label::hop(hop), grouped(samples.n()), shown(samples.min_ns()), shown(samples.max_ns()));
-    let percentiles: Vec<String> =
-        PERCENTILES.iter().map(|(_, q)| format!(" {:>10}", shown(samples.percentile(*q)))).collect();
-    format!("  {hop:<10} {n:>13} {min:>10}{} {max:>12}\n", percentiles.concat())
-}
-
-fn misses(measured: &Measured) -> String {
-    let repeats = &measured.repeats;
-    let ticks: u64 = repeats.iter().map(|repeat| repeat.ticks).sum();
-    let missed: u64 = repeats.iter().map(|repeat| repeat.missed_deadlines).sum();
-    let reused: u64 = repeats.iter().map(|repeat| repeat.reused_commands).sum();
-    format!(
-        "  missed deadlines: {} of {}; reused commands: {} of {}\n",
-        grouped(missed),
-        grouped(ticks),
-        grouped(reused),
-        // Every airframe flies every tick on some command.
-        grouped(ticks * u64::from(measured.case.uavs))
-    )
+fn distribution(cells: &[String]) -> String {
+    let last = cells.len() - 1;
+    let cell = |(column, cell): (usize, &String)| match column {
+        0 => format!("  {cell:<10}"),
+        1 => format!(" {cell:>13}"),
+        _ if column == last => format!(" {cell:>12}\n"),
+        _ => format!(" {cell:>10}"),
+    };
+    cells.iter().enumerate().map(cell).collect()
 }
 
 /// Where the CPU time goes, case by case.
-pub(crate) fn budgets(results: &Results) -> String {
-    let rows: Vec<(&Measured, Budget)> =
-        results.cases.iter().filter_map(|measured| Some((measured, quantity::budget(measured)?))).collect();
+fn budgets(results: &Results) -> String {
+    let row = |measured: &Measured| {
+        let cells = cells::budget(measured)?;
+        Some(budget_line(&label::case(&measured.case), cells.each_ref().map(String::as_str)))
+    };
+    let rows: String = results.cases.iter().filter_map(row).collect();
     if rows.is_empty() {
-        return String::new();
+        return rows;
     }
-    let heads = [
-        "Where the time goes: CPU time of all processes together\n".into(),
-        budget_line("", ["us", "kernel", "iceoryx2", "law", "switches", "of these", "agent's"]),
-        budget_line("", ["per tick", "%", "%", "%", "per tick", "forced", "PSS, MB"]),
-    ];
-    let rows = rows.iter().map(|(measured, budget)| budget_row(measured, *budget));
-    heads.into_iter().chain(rows).chain(["\n".into()]).collect()
-}
-
-fn budget_row(measured: &Measured, budget: Budget) -> String {
-    let percent = |share: f64| format!("{:.1}", 100.0 * share);
-    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".into());
-    let pss = quantity::agent_pss_bytes(measured).map(|bytes| format!("{:.2}", bytes as f64 / 1e6));
-    let columns = [
-        us(budget.cpu_ns),
-        percent(budget.kernel),
-        or_dash(budget.ipc.map(percent)),
-        or_dash(budget.law.map(percent)),
-        format!("{:.2}", budget.switches),
-        format!("{:.2}", budget.forced),
-        or_dash(pss),
-    ];
-    budget_line(&label::case(&measured.case), columns.each_ref().map(String::as_str))
+    let heads = [cells::BUDGET.map(|(first, _)| first), cells::BUDGET.map(|(_, second)| second)];
+    let heads = heads.map(|heads| budget_line("", heads)).concat();
+    format!("{BUDGETS}\n{heads}{rows}\n")
 }
 
 /// One line, or two if the name is longer than its column.
