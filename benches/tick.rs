@@ -24,7 +24,7 @@ fn informed_pilot(scenario: &Scenario) -> (Pilot, Sensed) {
         pilot.receive_sensed(&sky.senses(uav).expect("it flies"));
     }
     let states: Vec<_> =
-        pilots.iter_mut().filter_map(|pilot| pilot.fly(sky.now())).map(|one| one.state).collect();
+        pilots.iter_mut().filter_map(|pilot| pilot.fly(sky.now()).ok()).map(|one| one.state).collect();
     let mut pilot = pilots.swap_remove(0);
     pilot.receive_leader(&path.at(sky.now()));
     sky.step();

@@ -8,9 +8,7 @@ use crate::{
     output::tell,
 };
 use anyhow::{Context, bail};
-use ringwing_bench::{
-    BenchArgs, BenchError, Carrier, CaseArgs, ExecArgs, FLIGHT_LOG, Measure, MeasureArgs, PeerArgs,
-};
+use ringwing_bench::{BenchArgs, BenchError, Carrier, CaseArgs, FLIGHT_LOG, Measure, MeasureArgs, PeerArgs};
 use ringwing_bus::{NoProbe, die_with};
 use ringwing_recorder::log::run_folder::log_in;
 use std::{collections::BTreeSet, fs, path::Path, process::ExitCode};
@@ -53,12 +51,6 @@ pub(crate) fn run_case(args: &CaseArgs) -> anyhow::Result<ExitCode> {
 /// Answers ticks in an agent's place.
 pub(crate) fn run_peer(args: &PeerArgs) -> anyhow::Result<ExitCode> {
     ringwing_bench::run_peer(args)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Becomes a process of the user's program; returns only if that fails.
-pub(crate) fn run_exec(args: &ExecArgs) -> anyhow::Result<ExitCode> {
-    ringwing_bench::exec(args)?;
     Ok(ExitCode::SUCCESS)
 }
 

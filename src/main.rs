@@ -120,9 +120,9 @@ enum Verb {
     /// (process) Answer ticks in place of an agent
     #[command(hide = true)]
     BenchPeer(Box<ringwing_bench::PeerArgs>),
-    /// (process) Become a process of a user's program in a benchmark
+    /// (process) Become a program of the user's, which then ends with the launcher
     #[command(hide = true)]
-    BenchExec(ringwing_bench::ExecArgs),
+    Exec(ringwing_bench::ExecArgs),
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::RecorderArgs),
@@ -216,7 +216,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Shrink(args) => ("", shrink::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
-        Verb::BenchExec(args) => ("bench: ", bench::run_exec(&args)),
+        Verb::Exec(args) => ("", launcher::run_exec(&args)),
         Verb::Margin(args) => ("", margin::run(&args)),
         Verb::Replay(args) => ("", replay::run(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),

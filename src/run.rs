@@ -16,7 +16,7 @@ use ringwing_recorder::{
     Summary,
     log::run_folder::{DEFAULT_OUT, log_in},
 };
-use ringwing_scenario::{Fault, Reading, Setting, Source, start};
+use ringwing_scenario::{AgentSection, Fault, Reading, Scenario, Setting, Source, start};
 use ringwing_study::shell::quoted;
 use ringwing_viewer::LiveAddress;
 use std::{
@@ -42,6 +42,9 @@ pub(crate) struct RunArgs {
     /// Add a fault, such as "at 30 s kill uav 3" or "at 5 s link 2->3 delay 200 ms for 10 s"
     #[arg(long = "fault", value_name = "SENTENCE")]
     faults: Vec<Fault>,
+    /// Fly UAVs with a program of your own, such as "3=python3 mine.py" or "all=./my-controller"
+    #[arg(long = "agent", value_name = "UAVS=COMMAND", value_parser = AgentSection::parse)]
+    agents: Vec<AgentSection>,
     /// Seed of every random draw
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
@@ -128,18 +131,15 @@ pub(crate) fn warnings(reading: &Reading) -> Vec<String> {
 
 /// What to launch, what to know about its faults, and what of the wishes for it is not permitted.
 fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
-    let reading =
-        Reading::read(&Source::find(&args.scenario)?, &settings(args))?.with_faults(&args.faults)?;
+    let reading = Reading::read(&Source::find(&args.scenario)?, &settings(args))?
+        .with_faults(&args.faults)?
+        .with_agents(&args.agents)?;
     let mut notes = warnings(&reading);
     let scenario = reading.scenario;
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
-    if args.simulated && scenario.time.real_time {
-        return Err(WrongUsage(
-            "--simulated cannot fly in real time: the scenario sets time.real_time, so add --set time.real_time=false"
-                .into(),
-        )
-        .into());
+    if args.simulated {
+        check_simulated(&scenario)?;
     }
     let out = config::out(args.out.as_deref());
     check_out(&out)?;
@@ -163,6 +163,23 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         live: args.live,
     };
     Ok((plan, notes))
+}
+
+/// What cannot be flown in one process.
+fn check_simulated(scenario: &Scenario) -> Result<(), WrongUsage> {
+    if let Some((uav, agent)) = scenario.first_own_agent() {
+        return Err(WrongUsage(format!(
+            "--simulated starts no processes, but {uav} is flown by a program of its own ({}): leave out --simulated",
+            agent.command_line()
+        )));
+    }
+    if scenario.time.real_time {
+        return Err(WrongUsage(
+            "--simulated cannot fly in real time: the scenario sets time.real_time, so add --set time.real_time=false"
+                .into(),
+        ));
+    }
+    Ok(())
 }
 
 /// The summary and the printed commands name the run's folder, and they are UTF-8.
@@ -234,6 +251,8 @@ fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     for setting in &args.settings {
         words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
     }
+    let agents = args.agents.iter().map(|agent| format!("{}={}", agent.uavs, agent.command_line()));
+    words.extend(agents.flat_map(|agent| ["--agent".into(), agent]));
     words.extend(args.faults.iter().chain(added).flat_map(|fault| ["--fault".into(), fault.to_string()]));
     words.extend(["--seed".into(), seed.to_string()]);
     words.extend(law(args).into_iter().flat_map(|law| ["--law".into(), law]));

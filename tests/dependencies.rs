@@ -23,7 +23,7 @@ struct Room {
     with_io: &'static [&'static str],
 }
 
-const ROOMS: [Room; 13] = [
+const ROOMS: [Room; 14] = [
     Room {
         folder: "",
         uses: &[
@@ -81,6 +81,7 @@ const ROOMS: [Room; 13] = [
         with_io: &[],
     },
     Room { folder: "agent", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
+    Room { folder: "controller", uses: &["agent", "flight", "scenario"], with_io: &[""] },
     Room { folder: "leader", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process.rs"] },
     Room {
         folder: "recorder",

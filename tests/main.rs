@@ -12,6 +12,7 @@ mod harness;
 mod bench;
 mod cluster;
 mod command_line;
+mod controllers;
 mod defaults;
 mod dependencies;
 mod determinism;

@@ -6,7 +6,7 @@
 //! Never knows ports, clocks, threads or waiting.
 
 use crate::{
-    pilot::{Decision, Pilot},
+    pilot::{BuiltInLaw, Decision, Pilot, Steer, Undecided},
     reception::{Inputs, LinkReceiver, LinkSettings, Route, Sample, sensor_limits},
 };
 use ringwing_flight::{
@@ -31,9 +31,9 @@ pub struct Answer {
 /// Send the answer only after the inputs are updated: it may end the tick, and the new inputs must be open for what
 /// the others send in the next tick.
 #[derive(Debug, Clone)]
-pub struct UavAgent {
+pub struct UavAgent<S = BuiltInLaw> {
     uav: UavId,
-    pilot: Pilot,
+    pilot: Pilot<S>,
     senses: LinkReceiver<Sensed>,
     /// `None` without a collision filter: then nobody sends it.
     traffic: Option<LinkReceiver<Traffic>>,
@@ -55,15 +55,23 @@ struct NeighbourInput {
 }
 
 impl UavAgent {
-    /// The agent of `uav` in `scenario`, which has been validated, as it starts. Its links have no faults yet.
+    /// The agent of `uav` in `scenario`, which has been validated, as it starts, with the built-in law. Its links have no
+    /// faults yet.
     pub fn new(scenario: &Scenario, uav: UavId) -> Self {
+        Self::steered_by(BuiltInLaw::new(scenario), scenario, uav)
+    }
+}
+
+impl<S: Steer> UavAgent<S> {
+    /// The agent of `uav` in `scenario`, which has been validated, as it starts. Its links have no faults yet.
+    pub fn steered_by(steering: S, scenario: &Scenario, uav: UavId) -> Self {
         let links = LinkSettings::new(scenario);
         let route = |source, latency_ticks| Route { source, to: uav, latency_ticks };
         let sensor_limits = sensor_limits(scenario);
         let traffic = || LinkReceiver::new(route(LinkSource::TRAFFIC, 0), links, &sensor_limits);
         let mut agent = Self {
             uav,
-            pilot: Pilot::new(scenario, uav),
+            pilot: Pilot::steered_by(steering, scenario, uav),
             // The world sends senses and traffic before it opens the tick, so they arrive in it. The other UAVs and the
             // leader send while it is open.
             senses: LinkReceiver::new(route(LinkSource::OWN, 0), links, &[]),
@@ -79,6 +87,22 @@ impl UavAgent {
             agent.open(other);
         }
         agent
+    }
+
+    /// A copy to rehearse a tick with.
+    pub fn rehearsal(&self) -> UavAgent<S::Rehearsal> {
+        UavAgent {
+            uav: self.uav,
+            pilot: self.pilot.rehearsal(),
+            senses: self.senses.clone(),
+            traffic: self.traffic.clone(),
+            neighbours: self.neighbours.clone(),
+            leader: self.leader.clone(),
+            links: self.links,
+            faults: self.faults.clone(),
+            sensor_limits: self.sensor_limits.clone(),
+            last_tick: self.last_tick,
+        }
     }
 
     /// Replaces the faults of all its links. Samples in flight stay in flight.
@@ -138,15 +162,17 @@ impl UavAgent {
         reports
     }
 
-    /// Decides what to send in `now`. A running agent answers every tick: if it does not know where its UAV is, it
-    /// withholds its command.
+    /// Decides what to send in `now`. A running agent answers every tick: if it does not know where its UAV is, or if its
+    /// controller's wish is not a finite number, it withholds its command.
     pub fn fly(&mut self, now: Tick) -> Answer {
-        match self.pilot.fly(now) {
-            Some(Decision { state, command, account }) => {
-                Answer { state: Some(state), command, account: Some(account) }
+        let command = match self.pilot.fly(now) {
+            Ok(Decision { state, command, account }) => {
+                return Answer { state: Some(state), command, account: Some(account) };
             }
-            None => Answer { state: None, command: Command::withheld(now, self.uav), account: None },
-        }
+            Err(Undecided::NoSenses) => Command::withheld(now, self.uav),
+            Err(Undecided::NotFinite) => Command::not_finite(now, self.uav),
+        };
+        Answer { state: None, command, account: None }
     }
 
     /// Opens and closes `inputs`, so that exactly the UAVs that the pilot now listens to are open.

@@ -24,11 +24,11 @@ mod validate;
 pub use fault::{Action, Fault, schedule::FaultSchedule};
 pub use key::unit_symbol;
 pub use model::{
-    AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe, FormationSection,
-    GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection, LeaderStart,
-    ManoeuvreSection, MembershipSection, ObstacleFieldSection, ObstacleSection, OffsetSection, PathKind,
-    PathSection, RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName, SlotOrder,
-    StartSection, StartState, SupervisionSection, TimeSection, Wake, WaypointSection,
+    AgentSection, AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe,
+    FormationSection, GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection,
+    LeaderStart, ManoeuvreSection, MembershipSection, ObstacleFieldSection, ObstacleSection, OffsetSection,
+    PathKind, PathSection, RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName,
+    SlotOrder, StartSection, StartState, SupervisionSection, TimeSection, Wake, WaypointSection,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, example_scenario, keys};

@@ -28,11 +28,14 @@
 mod inputs;
 mod measurement;
 pub mod random;
+mod seat_agent;
 mod simulation;
 
 pub use measurement::{Flown, Frames, Measurement, fly};
+pub use seat_agent::MakeController;
 pub use simulation::Simulation;
 
+use ringwing_flight::UavId;
 use ringwing_scenario::ScenarioError;
 
 /// Why a scenario cannot be flown here.
@@ -44,4 +47,17 @@ pub enum SimulationError {
     /// A flight in real time depends on the wall clock.
     #[error("scenario {0:?} flies in real time, which cannot be simulated: set time.real_time = false")]
     RealTime(String),
+    /// A program of the user's is a process of its own.
+    #[error(
+        "scenario {scenario:?}: {uav} is flown by a program of its own ({command}), which a simulation does not start: fly it with \
+         processes (`ringwing run` without --simulated), or remove [[agents]]"
+    )]
+    OwnProgram {
+        /// The scenario's name.
+        scenario: String,
+        /// The first such UAV.
+        uav: UavId,
+        /// The program and its arguments.
+        command: String,
+    },
 }

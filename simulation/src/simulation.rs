@@ -3,8 +3,8 @@
 use crate::{
     SimulationError,
     inputs::{AgentInputs, Air},
+    seat_agent::{MakeController, SeatAgent},
 };
-use ringwing_agent::UavAgent;
 use ringwing_flight::{
     Account, Event, LeaderState, LinkCounts, Part, ProcessAction, ProcessState, Reporter, Sensed, Tick,
     TimedEvent, UavId, WorldReport,
@@ -19,9 +19,8 @@ use ringwing_world::{Airspace, Sky};
 use std::collections::VecDeque;
 
 /// One UAV's agent, and whether its process runs.
-#[derive(Debug, Clone)]
 struct Seat {
-    agent: UavAgent,
+    agent: SeatAgent,
     state: ProcessState,
     /// The last tick that it answered, or that it has no part in.
     answered: Tick,
@@ -41,6 +40,8 @@ pub struct Simulation {
     path: Path,
     air: Air,
     seats: Vec<Seat>,
+    /// Makes the controllers of the user's.
+    make_controller: MakeController,
     leader: Station,
     recorder: ProcessState,
     /// A fault has ended the world.
@@ -62,8 +63,17 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// The flight of `scenario`, which has been validated, before its first tick.
+    /// The flight of `scenario`, which has been validated, before its first tick, with the built-in law.
     pub fn new(scenario: &Scenario) -> Result<Self, SimulationError> {
+        Self::with_controllers(scenario, Box::new(|_| None))
+    }
+
+    /// The flight of `scenario`, which has been validated, before its first tick. The UAVs for which `make_controller` returns a
+    /// controller fly with it; whether the scenario names a program for them does not matter then.
+    pub fn with_controllers(
+        scenario: &Scenario,
+        make_controller: MakeController,
+    ) -> Result<Self, SimulationError> {
         if scenario.time.real_time {
             return Err(SimulationError::RealTime(scenario.name.clone()));
         }
@@ -75,6 +85,7 @@ impl Simulation {
             path: Path::new(scenario),
             air: Air::new(uavs),
             seats: Vec::with_capacity(uavs as usize),
+            make_controller,
             // It has answered nothing yet, so the approach is its first tick.
             leader: Station { state: ProcessState::Running, answered: Tick(Tick::APPROACH.0 - 1) },
             recorder: ProcessState::Running,
@@ -92,7 +103,19 @@ impl Simulation {
         };
         // A newcomer needs the present tick and the link faults, so the seats are filled last.
         simulation.seats = UavId::all(uavs).map(|uav| simulation.newcomer(uav)).collect();
+        simulation.refuse_programs()?;
         Ok(simulation)
+    }
+
+    /// Refuses a scenario in which a program of the user's flies a UAV that has no controller here.
+    fn refuse_programs(&self) -> Result<(), SimulationError> {
+        for (uav, seat) in UavId::all(self.seats.len() as u32).zip(&self.seats) {
+            if let Some(agent) = self.scenario.agent_of(uav).filter(|_| seat.agent.is_built_in()) {
+                let (scenario, command) = (self.scenario.name.clone(), agent.command_line());
+                return Err(SimulationError::OwnProgram { scenario, uav, command });
+            }
+        }
+        Ok(())
     }
 
     /// The scenario that is flown.
@@ -253,7 +276,10 @@ impl Simulation {
         seat.state = seat.state.after(action)?;
         match action {
             // A new agent remembers nothing of the old one. A thawed one still answers the tick just flown.
-            ProcessAction::Start => self.seats[uav.index()] = self.newcomer(uav),
+            ProcessAction::Start => {
+                let newcomer = self.newcomer(uav);
+                self.seats[uav.index()] = newcomer;
+            }
             ProcessAction::Thaw => self.answer(uav, before(self.now())),
             _ => {}
         }
@@ -261,8 +287,9 @@ impl Simulation {
     }
 
     /// An agent that starts now: its first tick is the next one.
-    fn newcomer(&self, uav: UavId) -> Seat {
-        let mut agent = UavAgent::new(&self.scenario, uav);
+    fn newcomer(&mut self, uav: UavId) -> Seat {
+        let controller = (self.make_controller)(uav);
+        let mut agent = SeatAgent::new(&self.scenario, uav, controller);
         agent.set_faults(&self.link_faults);
         Seat { agent, state: ProcessState::Running, answered: before(self.now()) }
     }

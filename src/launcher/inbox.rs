@@ -5,7 +5,7 @@
 
 use super::{LaunchError, fault_queue::LiveRequest};
 use ringwing_bus::{Gate, heeded};
-use ringwing_flight::ProcessEnd;
+use ringwing_flight::{ProcessEnd, UavId};
 use rustix::{
     event::{PollFd, PollFlags, poll},
     io::Errno,
@@ -21,7 +21,7 @@ use std::{
     path::Path,
     process::ChildStdout,
     sync::mpsc::{Receiver, Sender, channel},
-    thread,
+    thread::{self, JoinHandle},
     time::Duration,
 };
 
@@ -53,6 +53,11 @@ pub(super) enum Notice {
     Suspend,
     /// The world holds a tick until a fault is applied.
     Held,
+    /// A program of the user's has printed more than is kept.
+    OutputCut {
+        /// The UAV that it flies.
+        uav: UavId,
+    },
     /// Somebody asks for a fault, for the list of faults, or for a pause.
     Request(LiveRequest<Reply>),
     /// The viewer has printed this line.
@@ -102,6 +107,11 @@ impl Inbox {
         Ok(Self { sender, receiver })
     }
 
+    /// Where others may leave notices.
+    pub(super) fn sender(&self) -> Sender<Notice> {
+        self.sender.clone()
+    }
+
     /// The next notice, if one comes within `limit`.
     pub(super) fn next(&self, limit: Duration) -> Option<Notice> {
         self.receiver.recv_timeout(limit).ok()
@@ -111,6 +121,7 @@ impl Inbox {
     pub(super) fn watch_holds(&self, gate: Gate) -> Result<(), LaunchError> {
         let inbox = self.sender.clone();
         spawn_thread("the thread that waits for the world to hold", move || report_holds(&gate, &inbox))
+            .map(drop)
     }
 
     /// Begins to listen for requests at the socket `path`.
@@ -119,6 +130,7 @@ impl Inbox {
         let listener = UnixListener::bind(path).map_err(failed)?;
         let inbox = self.sender.clone();
         spawn_thread("the thread that waits for requests", move || report_requests(&listener, &inbox))
+            .map(drop)
     }
 
     /// Begins to listen to what the viewer prints.
@@ -129,6 +141,7 @@ impl Inbox {
             // This fails only if the launcher has left, and then nobody reads.
             let _ = lines.map(Notice::ViewerSays).try_for_each(|notice| inbox.send(notice));
         })
+        .map(drop)
     }
 
     /// Begins to watch the process `pid` for its end, because it is not a child of the launcher.
@@ -139,12 +152,17 @@ impl Inbox {
             // This fails only if the launcher has left, and then nobody waits for the notice.
             let _ = inbox.send(Notice::Process { pid, change: ProcessChange::Ended(ProcessEnd::Unknown) });
         })
+        .map(drop)
     }
 }
 
-fn spawn_thread(what: &str, run: impl FnOnce() + Send + 'static) -> Result<(), LaunchError> {
+/// Starts a thread; an error calls it `what`.
+pub(super) fn spawn_thread(
+    what: &str,
+    run: impl FnOnce() + Send + 'static,
+) -> Result<JoinHandle<()>, LaunchError> {
     let failed = |source| LaunchError::Spawn { what: what.into(), source };
-    thread::Builder::new().spawn(run).map(drop).map_err(failed)
+    thread::Builder::new().spawn(run).map_err(failed)
 }
 
 fn report_children(inbox: &Sender<Notice>) {

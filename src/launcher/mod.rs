@@ -10,6 +10,8 @@ mod faults;
 mod inbox;
 mod janitor;
 mod lifecycle;
+mod output_keeper;
+mod own_program;
 mod pause;
 mod ports;
 mod process_table;
@@ -19,6 +21,7 @@ mod stepper;
 mod supervisor;
 mod viewer;
 
+pub(crate) use own_program::run_exec;
 pub(crate) use progress::Progress;
 pub(crate) use stepper::PauseRequest;
 
@@ -30,7 +33,7 @@ use ringwing_bus::{
     domain::{DomainOwner, remove_abandoned},
     write_whole,
 };
-use ringwing_flight::{Part, WorldReport};
+use ringwing_flight::{Part, UavId, WorldReport};
 use ringwing_recorder::{RecorderReport, log::run_folder};
 use ringwing_scenario::{Fault, Scenario};
 use ringwing_viewer::LiveAddress;
@@ -109,6 +112,20 @@ pub(crate) enum LaunchError {
         /// The operating system's reason.
         source: io::Error,
     },
+    /// A program of the user's cannot be started.
+    #[error(
+        "{uav}: program {program:?} cannot be started in {folder}: {source}: build it, or correct the command"
+    )]
+    Program {
+        /// The UAV that it is to fly.
+        uav: UavId,
+        /// The program.
+        program: String,
+        /// The folder in which it would start.
+        folder: String,
+        /// The operating system's reason.
+        source: io::Error,
+    },
     /// The domain cannot be made.
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -139,6 +156,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let begin = Instant::now();
     // Open the inbox first: from here on an interrupt ends the run in order.
     let inbox = Inbox::open()?;
+    own_program::check(&plan.scenario)?;
     remove_abandoned();
     // Before anything is made: a run that lacks something later ends by a signal, and says nothing.
     let demand = Demand::of(&plan.scenario, plan.recorder);

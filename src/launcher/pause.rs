@@ -6,7 +6,6 @@ use super::{
     LaunchError,
     inbox::Reply,
     lifecycle::{ProcessSignal, RunStage},
-    spawner::send_signal,
     stepper::PauseRequest,
     supervisor::Supervisor,
 };
@@ -34,7 +33,7 @@ impl Supervisor<'_> {
         for part in self.processes.living() {
             let process = self.processes.get(part);
             if let Some(pid) = process.pid().filter(|_| !process.is_kept_frozen()) {
-                send_signal(pid, signal);
+                self.send_to(part, pid, signal);
             }
         }
     }

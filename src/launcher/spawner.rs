@@ -2,12 +2,14 @@
 //!
 //! Must never wait for a process: its start and its end are reported to the [inbox](super::inbox) later.
 
-use super::{LaunchError, Plan, lifecycle::ProcessSignal};
+use super::{LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper, own_program};
 use ringwing_bench::MeasureArgs;
 use ringwing_bus::{DomainId, close_files_on_spawn};
-use ringwing_flight::Part;
+use ringwing_flight::{Part, UavId};
+use ringwing_scenario::AgentSection;
+use ringwing_study::shell::quoted;
 use ringwing_viewer::LiveAddress;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use std::{
     io,
     os::unix::process::CommandExt,
@@ -26,30 +28,54 @@ pub(super) struct Spawner<'a> {
     domain: DomainId,
     /// Where the recorder writes its log, if it writes one.
     log: Option<PathBuf>,
+    /// What the programs of the user's print.
+    output: OutputKeeper,
     /// When the run was started, for the log of every recorder of the run.
     started_at: String,
 }
 
 impl<'a> Spawner<'a> {
-    /// A spawner for the run of `plan` in `domain`, whose recorder writes to `log`.
-    pub(super) fn new(plan: &'a Plan, domain: &DomainId, log: Option<PathBuf>) -> Self {
+    /// A spawner for the run of `plan` in `domain`, whose recorder writes to `log` and whose programs print into `output`.
+    pub(super) fn new(plan: &'a Plan, domain: &DomainId, log: Option<PathBuf>, output: OutputKeeper) -> Self {
         // To the millisecond: the flight begins a fraction of a second later.
         let started_at = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
-        Self { plan, domain: domain.clone(), log, started_at }
+        Self { plan, domain: domain.clone(), log, output, started_at }
     }
 
     /// What a user types to start `part` by hand.
     pub(super) fn command_line(&self, part: Part) -> String {
-        format!("ringwing {}", self.arguments(part).join(" "))
+        let arguments = self.arguments(part).join(" ");
+        match self.own_program(part) {
+            Some((_, own)) => format!("cd {} && {} {arguments}", quoted(&own.folder), own.command_line()),
+            None => format!("ringwing {arguments}"),
+        }
+    }
+
+    /// The program of the user's that flies as `part`, and its UAV.
+    pub(super) fn own_program(&self, part: Part) -> Option<(UavId, &'a AgentSection)> {
+        let Part::Agent(uav) = part else { return None };
+        Some((uav, self.plan.scenario.agent_of(uav)?))
+    }
+
+    /// What the programs of the user's print.
+    pub(super) fn output(&self) -> &OutputKeeper {
+        &self.output
     }
 
     /// Starts the process `part`; returns its id.
-    pub(super) fn spawn(&self, part: Part) -> Result<u32, LaunchError> {
+    pub(super) fn spawn(&mut self, part: Part) -> Result<u32, LaunchError> {
+        let mut arguments = self.arguments(part);
+        arguments.extend(["--launcher".into(), std::process::id().to_string()]);
         let mut command = Self::command();
-        command
-            .args(self.plan.lock_memory.then_some("--lock-memory"))
-            .args(self.arguments(part))
-            .args(["--launcher", &std::process::id().to_string()]);
+        if let Some((uav, own)) = self.own_program(part) {
+            let output = self.output.open(uav)?;
+            let copy =
+                output.try_clone().map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
+            own_program::set_command(&mut command, own, &arguments);
+            command.stdout(copy).stderr(output);
+        } else {
+            command.args(self.plan.lock_memory.then_some("--lock-memory")).args(arguments);
+        }
         // Before each spawn, because the launcher opens more files as it replaces processes.
         close_files_on_spawn();
         let child = self.plan.placement.start(part.index(), || command.spawn());
@@ -112,8 +138,8 @@ impl<'a> Spawner<'a> {
     }
 }
 
-/// Sends `signal` to the process `pid`.
-pub(super) fn send_signal(pid: u32, signal: ProcessSignal) {
+/// Sends `signal` to the process `pid`, and to the processes that it has started if `with_children`.
+pub(super) fn send_signal(pid: u32, signal: ProcessSignal, with_children: bool) {
     let signal = match signal {
         ProcessSignal::Kill => Signal::KILL,
         ProcessSignal::Terminate => Signal::TERM,
@@ -123,6 +149,6 @@ pub(super) fn send_signal(pid: u32, signal: ProcessSignal) {
     // Zero would mean the launcher's own process group, so it is no process here.
     if let Some(pid) = Pid::from_raw(pid.cast_signed()) {
         // A process that has just ended gets no signal. The notice of its end is on its way.
-        let _ = kill_process(pid, signal);
+        let _ = if with_children { kill_process_group(pid, signal) } else { kill_process(pid, signal) };
     }
 }

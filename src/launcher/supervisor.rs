@@ -8,7 +8,8 @@ use super::{
     fault_queue::FaultQueue,
     inbox::{Inbox, Notice, ProcessChange, Reply},
     janitor::Janitor,
-    lifecycle::{Attendant, Effect, Input, RunStage, SupervisionLimits},
+    lifecycle::{Attendant, Effect, Input, ProcessSignal, RunStage, SupervisionLimits},
+    output_keeper::OutputKeeper,
     ports::LauncherPorts,
     process_table::ProcessTable,
     progress::Progress,
@@ -90,6 +91,7 @@ impl<'a> Supervisor<'a> {
             inbox.watch_holds(domain.gate()?)?;
         }
         let log = plan.record.then(|| log_in(folder));
+        let output = OutputKeeper::new(folder, inbox.sender());
         let is_by_hand = |part| plan.needs(part) && plan.by_hand.contains(&part);
         Ok(Self {
             plan,
@@ -98,7 +100,7 @@ impl<'a> Supervisor<'a> {
             ports,
             inbox,
             janitor: Janitor::start(domain, scenario.time.rate_hz)?,
-            spawner: Spawner::new(plan, domain.id(), log),
+            spawner: Spawner::new(plan, domain.id(), log, output),
             viewer: None,
             processes: ProcessTable::new(scenario.formation.uavs, limits(scenario), is_by_hand),
             faults: FaultQueue::new(scenario),
@@ -189,10 +191,16 @@ impl<'a> Supervisor<'a> {
         // A large swarm takes as long to leave as to start.
         let limit = self.plan.scenario.start_limit().max(LEAVE_LIMIT);
         let (mut patience, mut is_late) = (Patience::of(limit), false);
+        let (mut patience_with_own, mut is_own_late) =
+            (Patience::of(self.plan.scenario.answer_limit()), false);
         while !self.processes.living().is_empty() {
             for part in self.processes.frozen() {
                 self.progress.print_warning(&format!("{part} was still frozen at the end; killed"));
                 self.report(part, Input::Killed)?;
+            }
+            if patience_with_own.is_over() && !is_own_late {
+                is_own_late = true;
+                self.kill_own_programs()?;
             }
             if patience.is_over() && !is_late {
                 is_late = true;
@@ -207,7 +215,35 @@ impl<'a> Supervisor<'a> {
             self.wait(BUSY_WAIT)?;
         }
         self.end_viewer()?;
+        self.spawner.output().finish();
         self.receive()
+    }
+
+    /// Kills the programs of the user's that have not left: a broken one must not spoil the end of the run.
+    fn kill_own_programs(&mut self) -> Result<(), LaunchError> {
+        let late = self.processes.living();
+        let own: Vec<Part> =
+            late.into_iter().filter(|part| self.spawner.own_program(*part).is_some()).collect();
+        for part in own {
+            self.progress.print_warning(&format!("{part} did not leave at the end of the flight; killed"));
+            self.report(part, Input::Killed)?;
+        }
+        Ok(())
+    }
+
+    /// Sends `signal` to the process `pid` of `part`, and to the processes that a program of the user's has started.
+    pub(super) fn send_to(&self, part: Part, pid: u32, signal: ProcessSignal) {
+        // A process that was started by hand may share its group with others.
+        let is_child = !self.processes.get(part).is_adopted();
+        send_signal(pid, signal, is_child && self.spawner.own_program(part).is_some());
+    }
+
+    /// Says where to read what the program of the user's has printed that flew as `part`.
+    fn print_output_of(&self, part: Part) {
+        if let Some((uav, own)) = self.spawner.own_program(part) {
+            let file = self.spawner.output().file(uav);
+            self.progress.print(&format!("what {} printed: {}", own.command_line(), file.display()));
+        }
     }
 
     fn kill_all(&mut self) -> Result<(), LaunchError> {
@@ -236,6 +272,10 @@ impl<'a> Supervisor<'a> {
             Some(Notice::Suspend) => self.suspend(),
             Some(Notice::Request(request)) => self.on_request(request)?,
             Some(Notice::ViewerSays(line)) => self.progress.print(&line),
+            Some(Notice::OutputCut { uav }) => {
+                let file = self.spawner.output().file(uav);
+                self.progress.print_warning(&format!("{uav} prints too much: {} is full", file.display()));
+            }
             // A hold only ends the wait: the caller applies faults after every wait.
             Some(Notice::Held) | None => {}
         }
@@ -255,6 +295,10 @@ impl<'a> Supervisor<'a> {
             ProcessChange::Continued => self.report(part, Input::Continued),
             ProcessChange::Ended(end) => {
                 self.gate.set_ready_process(part, None);
+                if self.spawner.own_program(part).is_some() {
+                    // Whatever it has started ends with it.
+                    send_signal(pid, ProcessSignal::Kill, true);
+                }
                 self.late_failures.extend(full_memory(part, end));
                 // Whoever takes this part next, spawned or started by hand, finds its services ready. Nobody can take
                 // that of the world.
@@ -306,8 +350,14 @@ impl<'a> Supervisor<'a> {
 
     fn carry_out(&mut self, part: Part, effect: Effect) -> Result<(), LaunchError> {
         match effect {
-            Effect::Log(event) => self.log_event(event)?,
-            Effect::Signal { pid, signal } => send_signal(pid, signal),
+            Effect::Log(event) => {
+                let is_loss = matches!(event, Event::ProcessLost { .. } | Event::StartOverdue { .. });
+                self.log_event(event)?;
+                if is_loss {
+                    self.print_output_of(part);
+                }
+            }
+            Effect::Signal { pid, signal } => self.send_to(part, pid, signal),
             Effect::Spawn => {
                 let pid = self.spawner.spawn(part)?;
                 self.report(part, Input::Spawned { pid })?;

@@ -47,7 +47,7 @@ impl Supervisor<'_> {
         for signal in [None, Some(ProcessSignal::Kill)] {
             let Some(pid) = self.viewer else { return Ok(()) };
             if let Some(signal) = signal {
-                send_signal(pid, signal);
+                send_signal(pid, signal, false);
             }
             let mut patience = Patience::of(LEAVE_LIMIT);
             while self.viewer.is_some() && !patience.is_over() {

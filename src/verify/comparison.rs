@@ -3,6 +3,7 @@
 //! Never depends on the order of messages within a tick: programs that rewrite logs may change it.
 
 use super::{difference::Difference, requests};
+use ringwing_flight::UavId;
 use ringwing_recorder::{
     log::reader::{LogMessage, Reader},
     schema::topics,
@@ -44,10 +45,30 @@ pub(super) fn compare<R: Read + Seek>(
         match (recorded.next(), flown.next()) {
             (None, None) => return Ok(Comparison { messages, left_out }),
             (Some(one), Some(other)) if is_same(&one, &other) => messages += 1,
-            // All further differences may follow from the first one.
-            (one, other) => return Err(Box::new(Difference::between(one.as_ref(), other.as_ref()))),
+            // All differences in further ticks may follow from the first one.
+            (one, other) => {
+                let difference = Difference::between(one.as_ref(), other.as_ref());
+                let now = one.as_ref().or(other.as_ref()).and_then(|message| message.tick);
+                let rest_of = |log: &mut dyn Iterator<Item = LogMessage>, first: Option<LogMessage>| {
+                    let tick = first.into_iter().chain(log).take_while(|message| message.tick == now);
+                    tick.filter_map(|message| {
+                        Some((uav(&message)?, message.topic.name.clone(), message.data))
+                    })
+                    .collect::<BTreeSet<_>>()
+                };
+                let (recorded, flown) = (rest_of(&mut recorded, one), rest_of(&mut flown, other));
+                let uavs: BTreeSet<UavId> =
+                    recorded.symmetric_difference(&flown).map(|(uav, ..)| *uav).collect();
+                return Err(Box::new(difference.with_uavs(uavs.into_iter().collect())));
+            }
         }
     }
+}
+
+/// The UAV that a message is about, if it is about one.
+fn uav(message: &LogMessage) -> Option<UavId> {
+    let (number, _) = message.topic.name.strip_prefix("/uav/")?.split_once('/')?;
+    number.parse().ok().map(UavId)
 }
 
 /// Whether messages of `topic` should be equal in both logs. Wall-clock times differ from run to run, and other programs may

@@ -3,16 +3,21 @@
 //! Never knows a message type itself: the schemas in the logs name the fields.
 
 use prost_reflect::{DescriptorPool, DynamicMessage, ReflectMessage, Value};
+use ringwing_flight::UavId;
 use ringwing_recorder::log::reader::{LogMessage, TopicSchema};
 use std::fmt;
 
-/// The first difference between two logs, as a sentence.
+/// The first difference between two logs.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Difference(String);
+pub(crate) struct Difference {
+    sentence: String,
+    /// The UAVs whose messages differ in the tick of the first difference.
+    uavs: Vec<UavId>,
+}
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        f.write_str(&self.sentence)
     }
 }
 
@@ -22,7 +27,7 @@ impl Difference {
     pub(super) fn between(recorded: Option<&LogMessage>, flown: Option<&LogMessage>) -> Self {
         let tick = |message: &LogMessage| message.tick.map_or_else(|| "?".into(), |tick| tick.to_string());
         let named = |message: &LogMessage| format!("tick {}, {}", tick(message), message.topic.name);
-        Self(match (recorded, flown) {
+        let sentence = match (recorded, flown) {
             (Some(one), Some(other)) if one.topic.name == other.topic.name => {
                 if one.tick == other.tick {
                     format!("{}: {}", named(one), field(one, other))
@@ -34,7 +39,19 @@ impl Difference {
             (Some(one), None) => format!("{}: missing from the flight, which is over", named(one)),
             (None, Some(other)) => format!("{}: missing from the log", named(other)),
             (None, None) => "no difference".into(),
-        })
+        };
+        Self { sentence, uavs: Vec::new() }
+    }
+
+    /// The same difference, in a tick in which the messages of `uavs` differ.
+    pub(super) fn with_uavs(self, uavs: Vec<UavId>) -> Self {
+        Self { uavs, ..self }
+    }
+
+    /// The UAVs whose messages differ in the tick of the first difference. All that the others decide in this tick is as
+    /// before, so these decided otherwise first.
+    pub(super) fn uavs(&self) -> &[UavId] {
+        &self.uavs
     }
 }
 

@@ -17,7 +17,7 @@ use comparison::{Comparison, compare};
 use difference::Difference;
 use requests::{is_refused_request, is_request};
 use ringwing_bus::Placement;
-use ringwing_flight::{Part, TimedEvent, counted};
+use ringwing_flight::{Part, TimedEvent, UavId, counted};
 use ringwing_recorder::{
     ADDED_FAULTS,
     log::{
@@ -25,7 +25,7 @@ use ringwing_recorder::{
         run_folder::LOG_HELP,
     },
 };
-use ringwing_scenario::{Fault, Scenario, fault::schedule::ScheduledAction};
+use ringwing_scenario::{AgentSection, Fault, Scenario, fault::schedule::ScheduledAction};
 use std::{
     collections::BTreeSet,
     io::{Read, Seek},
@@ -62,23 +62,31 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
         lock_memory: false,
         live: None,
     };
+    let is_own = |uav: UavId| plan.scenario.agent_of(uav).map(AgentSection::command_line);
     let outcome = if needs_processes(args, &plan.scenario) { launch(&plan)? } else { simulated::fly(&plan)? };
     if let Some(failure) = outcome.failures.first() {
         bail!("the flight cannot be repeated here: {failure}");
     }
     let log = reader.path().to_owned();
     let result = compare(reader.rewind(), Reader::open(&outcome.folder)?, with_requests);
-    Ok(report(&log, result))
+    Ok(report(&log, result, is_own))
 }
 
 /// Whether to fly again with processes. A fault of the recorder leaves a gap in the log, which only a recorder's process
-/// can leave again.
+/// can leave again, and a program of the user's is a process of its own.
 fn needs_processes(args: &VerifyArgs, scenario: &Scenario) -> bool {
     let is_of_recorder = |action: &ScheduledAction| action.part == Part::Recorder;
-    args.processes || scenario.schedule().scheduled_actions().iter().any(is_of_recorder)
+    args.processes
+        || scenario.first_own_agent().is_some()
+        || scenario.schedule().scheduled_actions().iter().any(is_of_recorder)
 }
 
-fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
+/// Prints the result; `own_program` is the command of the program of the user's that flies a UAV, if one does.
+fn report(
+    log: &Path,
+    result: Result<Comparison, Box<Difference>>,
+    own_program: impl Fn(UavId) -> Option<String>,
+) -> ExitCode {
     match result {
         Ok(Comparison { messages, left_out }) => {
             if !left_out.is_empty() {
@@ -97,6 +105,11 @@ fn report(log: &Path, result: Result<Comparison, Box<Difference>>) -> ExitCode {
         }
         Err(difference) => {
             tell(&format!("{}: differs from the flight of this build: {difference}", log.display()));
+            for (uav, command) in difference.uavs().iter().filter_map(|uav| Some((uav, own_program(*uav)?))) {
+                tell(&format!(
+                    "  the controller of {uav} differs: {command} decided otherwise at the same inputs"
+                ));
+            }
             ExitCode::from(VIOLATED)
         }
     }
@@ -171,7 +184,7 @@ fn first_about_recorder(events: &[TimedEvent]) -> Option<&TimedEvent> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_flight::{Event, GapCause, ProcessAction, Tick, UavId};
+    use ringwing_flight::{Event, GapCause, ProcessAction, Tick};
 
     const AGENT: Part = Part::Agent(UavId(3));
 

@@ -5,6 +5,7 @@
 use ringwing_flight::{Event, Reporter, Tick, TimedEvent, WorldReport};
 use ringwing_recorder::{RecorderError, RecorderReport, Recording, log::Opening, metrics::Moment};
 use ringwing_scenario::Scenario;
+pub use ringwing_simulation::MakeController;
 use ringwing_simulation::{Frames, Simulation, SimulationError};
 use std::path::Path;
 
@@ -48,7 +49,19 @@ impl RecordedFlight {
     /// # Errors
     /// The scenario flies in real time, its UAVs find no room to start, or the log cannot be written.
     pub fn begin(scenario: &Scenario, log: Option<&Path>) -> Result<Self, RecordedFlightError> {
-        let simulation = Simulation::new(scenario)?;
+        Self::begin_with(scenario, log, Box::new(|_| None))
+    }
+
+    /// As [`begin`](Self::begin), with the controllers of the user's that `make_controller` makes.
+    ///
+    /// # Errors
+    /// As with [`begin`](Self::begin).
+    pub fn begin_with(
+        scenario: &Scenario,
+        log: Option<&Path>,
+        make_controller: MakeController,
+    ) -> Result<Self, RecordedFlightError> {
+        let simulation = Simulation::with_controllers(scenario, make_controller)?;
         let text = scenario.to_toml();
         // A simulated tick takes no time that is worth a record.
         let opening = Opening { scenario, text: &text, timing: false, started_at: None };

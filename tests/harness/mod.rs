@@ -83,6 +83,12 @@ impl Swarm {
         self
     }
 
+    /// Lets programs of the user's fly: `UAVS=COMMAND`.
+    pub fn agent(mut self, program: &str) -> Self {
+        self.command.args(["--agent", program]);
+        self
+    }
+
     /// Starts the run.
     pub fn start(mut self) -> Running {
         let mut child = self

@@ -105,6 +105,7 @@ impl Reference {
             "bool" => "`true`, `false`".into(),
             "String" => "text".into(),
             "[f64;2]" => "two numbers".into(),
+            "Vec<String" => "texts".into(),
             "Vec<Fault" | "Vec<Fault>" => "see [Faults](faults.md)".into(),
             _ => match self.types.get(kind) {
                 Some(Documented::Enum(variants)) => {

@@ -21,6 +21,7 @@
 use crate::{Refusal, Sky};
 use ringwing_flight::{Collision, Command, Event, Sensed, Tick, Traffic, UavId, WorldReport};
 use ringwing_scenario::{Scenario, StartState};
+use std::collections::BTreeSet;
 use xxhash_rust::xxh3::Xxh3;
 
 /// The sky, and the account of the flight through it.
@@ -29,6 +30,10 @@ pub struct Airspace {
     sky: Sky,
     /// The answer of each UAV to the open tick, UAV 1 first.
     answers: Vec<Option<Command>>,
+    /// The UAVs whose controllers have wished for a number that is not finite.
+    not_finite: BTreeSet<UavId>,
+    /// What the answers of the tick that ended last say.
+    news: Vec<Event>,
     hash: Xxh3,
     collisions: Vec<Collision>,
     failsafes: u32,
@@ -56,6 +61,8 @@ impl Airspace {
         Self {
             answers: vec![None; sky.airframes().len()],
             sky,
+            not_finite: BTreeSet::new(),
+            news: Vec::new(),
             hash: Xxh3::new(),
             collisions: Vec::new(),
             failsafes: 0,
@@ -123,6 +130,10 @@ impl Airspace {
         // In the order of UAVs, not of arrival: the hash must not depend on scheduling.
         for command in self.answers.iter_mut().filter_map(Option::take) {
             self.hash.update(bytemuck::bytes_of(&command));
+            // Once in a flight: a controller that is broken may do it in every tick.
+            if command.is_not_finite() && self.not_finite.insert(command.uav) {
+                self.news.push(Event::WishNotFinite { uav: command.uav });
+            }
         }
         self.flown = self.now();
         let counts = self.count_commands();
@@ -150,6 +161,7 @@ impl Airspace {
             // No later tick can end an encounter that still lasts, and its near miss would go unreported.
             events.extend(self.sky.end_encounters());
         }
+        events.append(&mut self.news);
         let time_s = self.now().seconds(self.rate_hz);
         for event in &events {
             match *event {
@@ -274,6 +286,21 @@ mod tests {
         assert_eq!(one.sky().airframes(), silent.sky().airframes());
         assert_ne!(hash(&one), hash(&silent));
         assert_eq!(one.report().refused_commands, 0);
+    }
+
+    #[test]
+    fn a_wish_that_is_not_finite_is_named_once_and_in_the_order_of_the_uavs() {
+        let mut airspace = airspace();
+        let mut named = Vec::new();
+        for _ in 0..3 {
+            let now = airspace.now();
+            for uav in [UavId(3), UavId(1)] {
+                airspace.take(uav, &Command::not_finite(now, uav)).unwrap();
+            }
+            airspace.end_tick();
+            named.extend(airspace.step());
+        }
+        assert_eq!(named, [1, 3].map(|uav| Event::WishNotFinite { uav: UavId(uav) }));
     }
 
     #[test]

@@ -43,6 +43,21 @@ impl Limits {
         }
         Ok(Self { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s })
     }
+
+    /// `v_min`, in m/s.
+    pub fn speed_min_m_s(&self) -> f64 {
+        self.speed_min_m_s
+    }
+
+    /// `v_max`, in m/s.
+    pub fn speed_max_m_s(&self) -> f64 {
+        self.speed_max_m_s
+    }
+
+    /// `omega_max`, in rad/s.
+    pub fn turn_rate_max_rad_s(&self) -> f64 {
+        self.turn_rate_max_rad_s
+    }
 }
 
 /// The control inputs of Eq. (1).

@@ -12,7 +12,7 @@ use ringwing_flight::{FormationFrame, Pose, SensedObstacle, chord, direction, tu
 
 /// The law as of one tick, to be asked for the forces of the next seconds.
 #[derive(Debug, Clone)]
-pub(super) struct LawForecast {
+pub(crate) struct LawForecast {
     gains: Gains,
     field: Field,
     /// The share of the formation's gain that each neighbour's data are trusted with.

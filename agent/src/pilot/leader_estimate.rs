@@ -20,13 +20,13 @@ const SMALLEST_JUMP_RAD: f64 = 1e-9;
 
 /// The leader at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct EstimatedLeader {
+pub struct EstimatedLeader {
     /// The newest track.
-    pub(super) track: PeerTrack,
+    pub track: PeerTrack,
     /// Where the leader is and heads.
-    pub(super) pose: Pose,
+    pub pose: Pose,
     /// The heading that a formation in the leader's frame turns with: that of the pose, but without its jumps.
-    pub(super) frame_rad: f64,
+    pub frame_rad: f64,
 }
 
 /// The leader as one UAV has received it.

@@ -9,11 +9,11 @@ use ringwing_flight::FormationFrame;
 
 /// What a UAV in its slot flies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SlotMotion {
+pub struct SlotMotion {
     /// The velocity of the slot.
-    pub(super) velocity_m_s: Vector2<f64>,
+    pub velocity_m_s: Vector2<f64>,
     /// The rate at which that velocity turns. 0 without feed-forward: Eq. (6) knows none.
-    pub(super) turn_rate_rad_s: f64,
+    pub turn_rate_rad_s: f64,
 }
 
 impl SlotMotion {

@@ -146,6 +146,11 @@ impl Slots {
         self.ring.count() as u32
     }
 
+    /// All UAVs, alive or lost.
+    pub(super) fn uavs(&self) -> impl Iterator<Item = UavId> + use<> {
+        UavId::all(self.transitions.len() as u32)
+    }
+
     /// The share of the move that is done, from 0 to 1.
     fn progress(&self, now: Tick) -> f64 {
         let done = now.since(self.began);

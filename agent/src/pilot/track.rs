@@ -8,15 +8,15 @@ use ringwing_scenario::DeadReckoning;
 
 /// Where a UAV or the leader was at one tick, and how it flies on from there.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PeerTrack {
+pub struct PeerTrack {
     /// The tick of the sample.
-    pub(super) tick: Tick,
+    pub tick: Tick,
     /// Where it was then.
-    pub(super) pose: Pose,
+    pub pose: Pose,
     /// Its speed from that tick on.
-    pub(super) speed_m_s: f64,
+    pub speed_m_s: f64,
     /// Its turn rate from that tick on.
-    pub(super) turn_rate_rad_s: f64,
+    pub turn_rate_rad_s: f64,
 }
 
 impl PeerTrack {
@@ -44,10 +44,15 @@ impl PeerTrack {
         Self::new(state.tick, state.position_m, state.heading_rad, state.speed_m_s, state.turn_rate_rad_s)
     }
 
+    /// Where it is after `seconds`, if it holds its speed and turn rate.
+    pub fn after(&self, seconds: f64) -> Pose {
+        self.pose.after(self.speed_m_s, self.turn_rate_rad_s, seconds)
+    }
+
     /// Where the leader is at `now`: predicted along its arc, as far as `reckoning` allows.
     pub(super) fn along_arc(&self, now: Tick, reckoning: DeadReckoning, period_s: f64) -> Pose {
         let duration_s = self.predicted_ticks(now, reckoning) as f64 * period_s;
-        self.pose.after(self.speed_m_s, self.turn_rate_rad_s, duration_s)
+        self.after(duration_s)
     }
 
     /// Where a UAV is at `now`: predicted along its arc for one tick, and after that turning at `formation_rad_s`, as the

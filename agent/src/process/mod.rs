@@ -5,7 +5,11 @@
 mod fault_watch;
 mod ports;
 
-use crate::UavAgent;
+use crate::{
+    UavAgent,
+    controller::{Controller, Guest},
+    pilot::{BuiltInLaw, Steer},
+};
 use fault_watch::FaultWatch;
 use ports::AgentPorts;
 use ringwing_bus::{Answerer, BusError, Member, MemberArgs, monotonic_ns};
@@ -39,12 +43,34 @@ pub enum AgentError {
     },
 }
 
-/// Flies one UAV until the flight ends.
+/// What a user's controller may know before the flight.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'s> {
+    /// The UAV that it will fly.
+    pub uav: UavId,
+    /// The scenario of the run.
+    pub scenario: &'s Scenario,
+}
+
+/// Flies one UAV with the built-in law until the flight ends.
 pub fn run(args: &AgentArgs) -> Result<(), AgentError> {
+    fly(args, |start| BuiltInLaw::new(start.scenario))
+}
+
+/// Flies one UAV with the controller that `make` makes, until the flight ends.
+pub fn run_controller<C: Controller>(
+    args: &AgentArgs,
+    make: impl FnOnce(&Start<'_>) -> C,
+) -> Result<(), AgentError> {
+    fly(args, |start| Guest(make(start)))
+}
+
+fn fly<S: Steer>(args: &AgentArgs, steering: impl FnOnce(&Start<'_>) -> S) -> Result<(), AgentError> {
     let uav = UavId(args.uav);
     let member = Member::join(&args.member, Part::Agent(uav))?;
-    check_uav(uav, member.scenario())?;
-    let mut agent = UavAgent::new(member.scenario(), uav);
+    let scenario = member.scenario();
+    check_uav(uav, scenario)?;
+    let mut agent = UavAgent::steered_by(steering(&Start { uav, scenario }), scenario, uav);
     let mut ports = AgentPorts::open(&member, uav, &agent)?;
     let mut faults = FaultWatch::new(&member, uav);
     let mut answerer = Answerer::join(&member)?;

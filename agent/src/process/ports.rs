@@ -4,6 +4,7 @@
 
 use crate::{
     UavAgent,
+    pilot::Steer,
     reception::{Inputs, Take},
     uav_agent::Answer,
 };
@@ -45,7 +46,11 @@ struct InputPorts<'m> {
 
 impl<'m> AgentPorts<'m> {
     /// Opens all ports of `agent`, the agent of `uav`.
-    pub(super) fn open(member: &'m Member, uav: UavId, agent: &UavAgent) -> Result<Self, BusError> {
+    pub(super) fn open<S: Steer>(
+        member: &'m Member,
+        uav: UavId,
+        agent: &UavAgent<S>,
+    ) -> Result<Self, BusError> {
         let (boards, scenario) = (member.boards(), member.scenario());
         let (uavs, pace) = (scenario.formation.uavs, scenario.pace());
         let ballast_bytes = scenario.ipc.payload_bytes;
@@ -65,7 +70,7 @@ impl<'m> AgentPorts<'m> {
     }
 
     /// Lets `agent` receive what it can use in `now`.
-    pub(super) fn receive(&mut self, agent: &mut UavAgent, now: Tick) -> Result<(), BusError> {
+    pub(super) fn receive<S: Steer>(&mut self, agent: &mut UavAgent<S>, now: Tick) -> Result<(), BusError> {
         agent.receive(now, &mut self.inputs)?;
         if let Some(ballast) = &self.ballast {
             ballast.receive()?;
@@ -75,15 +80,15 @@ impl<'m> AgentPorts<'m> {
 
     /// Flies `next` with a copy of `agent` and what is there of its inputs, and forgets the outcome. After a wait the
     /// caches are cold: then a first read takes ten times as long, and the law too.
-    pub(super) fn rehearse(&mut self, agent: &UavAgent, next: Tick) {
-        let mut rehearsal = agent.clone();
+    pub(super) fn rehearse<S: Steer>(&mut self, agent: &UavAgent<S>, next: Tick) {
+        let mut rehearsal = agent.rehearsal();
         // An input that cannot be read is an error in the tick itself, and reported there.
         let _ = rehearsal.receive(next, &mut self.inputs);
         black_box(rehearsal.fly(next));
     }
 
     /// Opens and closes inputs, so that exactly the UAVs that `agent` now listens to are open.
-    pub(super) fn update_inputs(&mut self, agent: &mut UavAgent) -> Result<(), BusError> {
+    pub(super) fn update_inputs<S: Steer>(&mut self, agent: &mut UavAgent<S>) -> Result<(), BusError> {
         agent.update_inputs(&mut self.inputs)
     }
 

@@ -124,6 +124,11 @@ impl CollisionFilter {
         }
     }
 
+    /// The newest report of other aircraft.
+    pub fn traffic(&self) -> Option<&Traffic> {
+        self.traffic.as_ref()
+    }
+
     /// What to fly at `now` instead of `wish`, with the UAV at `own`. `force` is the law's force at a pose, some seconds from
     /// now; `swarm_rad_s` is the rate at which other UAVs turn that fly on command.
     pub fn apply(

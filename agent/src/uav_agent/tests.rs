@@ -1,5 +1,9 @@
 use super::*;
-use crate::reception::{Sample, Take, sample::test_state};
+use crate::{
+    controller::{Controller, Guest, Wish},
+    pilot::Situation,
+    reception::{Sample, Take, sample::test_state},
+};
 use nalgebra::Point2;
 use ringwing_flight::{FlightMode, SensedObstacle, payload::MAX_SENSED_OBSTACLES};
 use ringwing_scenario::{Fault, FaultSchedule};
@@ -227,4 +231,60 @@ fn an_account_says_which_commands_eq_12_cut() {
     assert_eq!(cut([0.0, 0.0], 0.0), (0, 0), "in its slot");
     assert_eq!(cut([500.0, 0.0], 0.0), (1, 0), "the slot is far ahead");
     assert_eq!(cut([0.0, 500.0], 0.0).1, 1, "the slot is far to the left");
+}
+
+/// Counts its steps, and wishes for the same every time.
+struct Counting {
+    wish: Wish,
+    steps: u32,
+}
+
+impl Controller for &mut Counting {
+    fn step(&mut self, situation: &Situation<'_>) -> Wish {
+        self.steps += 1;
+        assert_eq!((situation.uav, situation.membership.living), (UavId(1), 6));
+        self.wish
+    }
+}
+
+/// What UAV 1 answers in tick 0 while a controller wishes for `speed_m_s` and `turn_rate_rad_s`.
+fn answer_of_controller(speed_m_s: f64, turn_rate_rad_s: f64) -> Answer {
+    let mut controller = Counting { wish: Wish::new(speed_m_s, turn_rate_rad_s), steps: 0 };
+    let mut agent = UavAgent::steered_by(Guest(&mut controller), &Scenario::default(), UavId(1));
+    let mut lists = Lists { sensed: vec![senses(0)], leader: vec![leader_state(-1)], ..Lists::default() };
+    let Ok(()) = agent.receive(Tick(0), &mut lists);
+    agent.rehearsal().fly(Tick(0));
+    let answer = agent.fly(Tick(0));
+    assert_eq!(controller.steps, 1, "a rehearsal does not ask the controller");
+    answer
+}
+
+#[test]
+fn what_a_controller_wishes_is_flown_within_the_limits_of_the_airframe() {
+    let Answer { state, command, account } = answer_of_controller(16.5, -0.125);
+    assert_eq!((command.speed_m_s, command.turn_rate_rad_s, command.withheld), (16.5, -0.125, 0));
+    assert_eq!(state.unwrap().speed_m_s, 16.5, "the neighbours hear it");
+    let account = account.unwrap();
+    assert_eq!((account.speed_saturated, account.turn_rate_saturated), (0, 0));
+    assert!(account.slot_m != [0.0; 2], "the log knows the slot");
+
+    let limits = Scenario::default().airframe;
+    let Answer { command, account, .. } = answer_of_controller(1e9, -1e9);
+    assert_eq!(
+        (command.speed_m_s, command.turn_rate_rad_s),
+        (limits.speed_max_m_s, -limits.turn_rate_max_rad_s)
+    );
+    let account = account.unwrap();
+    assert_eq!((account.speed_saturated, account.turn_rate_saturated), (1, 1));
+}
+
+#[test]
+fn a_wish_that_is_not_a_finite_number_is_withheld() {
+    for (speed_m_s, turn_rate_rad_s) in
+        [(f64::NAN, 0.0), (15.0, f64::NAN), (f64::INFINITY, 0.0), (15.0, f64::NEG_INFINITY)]
+    {
+        let answer = answer_of_controller(speed_m_s, turn_rate_rad_s);
+        assert!(answer.command.is_not_finite() && answer.command.speed_m_s == 0.0, "{answer:?}");
+        assert_eq!((answer.state, answer.account), (None, None));
+    }
 }

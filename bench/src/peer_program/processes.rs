@@ -24,7 +24,7 @@ use std::{
     fs,
     io::{BufRead, BufReader, Write},
     os::unix::process::CommandExt,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Child, Command, ExitStatus, Stdio},
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     thread,
@@ -50,6 +50,9 @@ pub struct ExecArgs {
     /// Process id of the launcher; the command is killed when it ends.
     #[arg(long)]
     launcher: u32,
+    /// The folder in which the command starts; by default that of the launcher.
+    #[arg(long)]
+    folder: Option<PathBuf>,
     /// The program and its arguments.
     #[arg(last = true, required = true)]
     command: Vec<String>,
@@ -60,6 +63,10 @@ pub fn exec(args: &ExecArgs) -> Result<(), BenchError> {
     // The program itself may not know how to end with its launcher. What this process arranges outlives `exec`.
     die_with(args.launcher)?;
     let (program, arguments) = args.command.split_first().ok_or_else(|| BenchError::case("no command"))?;
+    // Change this process's folder, and not that of the command alone: a relative program counts from it, too.
+    if let Some(folder) = &args.folder {
+        std::env::set_current_dir(folder).map_err(BenchError::file(folder, "entered"))?;
+    }
     Err(BenchError::file(program, "started")(Command::new(program).args(arguments).exec()))
 }
 
@@ -250,7 +257,7 @@ impl Drop for Processes {
 
 fn command(program: &PeerProgram, contract: &Contract<'_>, uav: Option<u32>) -> Command {
     let mut command = Command::new("/proc/self/exe");
-    command.args(["bench-exec", "--launcher", &std::process::id().to_string(), "--"]);
+    command.args(["exec", "--launcher", &std::process::id().to_string(), "--"]);
     command.args(&program.command).args(contract.arguments(uav));
     // In a process group of its own, so that what it starts can be killed with it.
     command.stdin(Stdio::null()).stdout(Stdio::null()).process_group(0);

@@ -131,6 +131,12 @@ pub enum Event {
         /// What the failsafe does.
         mode: FlightMode,
     },
+    /// The controller of a UAV wished for a speed or turn rate that is not a finite number, for the first time in the flight.
+    /// Its agent withholds such a command.
+    WishNotFinite {
+        /// The UAV.
+        uav: UavId,
+    },
     /// A process ended, and no fault of the run had asked for that.
     ProcessLost {
         /// The process.
@@ -256,6 +262,7 @@ impl Event {
             Self::Collision { .. } => "collision",
             Self::NearMiss { .. } => "near miss",
             Self::Failsafe { .. } => "failsafe",
+            Self::WishNotFinite { .. } => "controller.not_finite",
             Self::ProcessLost { .. } => "process.lost",
             Self::ProcessReady { .. } => "process.ready",
             Self::ProcessFrozen { .. } => "process.frozen",
@@ -282,6 +289,7 @@ impl Event {
     pub fn level(&self) -> Level {
         match self {
             Self::Collision { .. }
+            | Self::WishNotFinite { .. }
             | Self::ProcessLost { .. }
             | Self::StartOverdue { .. }
             | Self::ThawOverdue { .. }
@@ -317,6 +325,7 @@ impl Event {
             Self::Collision { .. }
             | Self::NearMiss { .. }
             | Self::Failsafe { .. }
+            | Self::WishNotFinite { .. }
             | Self::ProcessSilent { .. }
             | Self::ReplacementOverdue
             | Self::RecorderSilent
@@ -363,6 +372,7 @@ impl Event {
             Self::Collision { .. }
             | Self::NearMiss { .. }
             | Self::Failsafe { .. }
+            | Self::WishNotFinite { .. }
             | Self::RecorderSilent
             | Self::RecorderGap { .. }
             | Self::ProcessFault { .. }

@@ -46,6 +46,7 @@ fn one_of_each() -> Vec<Event> {
         Event::ProcessThawed { part: AGENT },
         Event::StartOverdue { part: AGENT },
         Event::ThawOverdue { part: Part::Leader },
+        Event::WishNotFinite { uav: UavId(3) },
         Event::ProcessSilent { part: AGENT, waited_s: 0.25 },
         Event::ReplacementOverdue,
         Event::RecorderSilent,
@@ -97,6 +98,7 @@ fn every_event_has_its_level_name_and_text() {
          |! Info process.thawed: uav 3 is thawed (SIGCONT)
          |! Error process.overdue: uav 3 was not ready in time; killed: raise supervision.start_timeout_s
          |! Error process.overdue: leader stayed frozen for too long; killed: raise supervision.answer_timeout_s
+         |  Error controller.not_finite: uav 3 has a controller whose wish is not a finite number; such a command is withheld
          |! Warning process.silent: uav 3 has not answered for 0.2 s; flying on: raise supervision.answer_timeout_s if it is only slow
          |! Warning process.silent: no replacement was ready in time; flying on: raise supervision.start_timeout_s
          |  Warning recorder.silent: the recorder has stopped reading; flying on

@@ -20,6 +20,11 @@ impl Event {
                 format!("{uav} and {with} passed at {distance_m:.1} m, at ({x:.1}, {y:.1}) m")
             }
             Self::Failsafe { uav, mode } => format!("{uav} flies without its agent: {}", mode.name()),
+            Self::WishNotFinite { uav } => {
+                format!(
+                    "{uav} has a controller whose wish is not a finite number; such a command is withheld"
+                )
+            }
             Self::ProcessLost { part, end, then } => loss_text(*part, *end, *then),
             Self::ProcessReady { part } => format!("{part} is ready"),
             Self::ProcessFrozen { part } => format!("{part} is frozen (SIGSTOP)"),

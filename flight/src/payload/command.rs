@@ -19,14 +19,28 @@ pub struct Command {
     pub turn_rate_rad_s: f64,
     /// The sender.
     pub uav: UavId,
-    /// 1 when the agent withholds its command because its own senses have been silent for too long, else 0.
+    /// 1 when the agent withholds its command because its own senses have been silent for too long, 2 when it does because
+    /// its controller's wish was not a finite number, else 0.
     pub withheld: u32,
 }
+
+/// `withheld` of a command whose wish was not a finite number.
+const NOT_FINITE: u32 = 2;
 
 impl Command {
     /// The answer to `tick` of an agent that does not know where its UAV is.
     pub fn withheld(tick: Tick, uav: UavId) -> Self {
         Self { tick, uav, withheld: 1, ..Self::zeroed() }
+    }
+
+    /// The answer to `tick` of an agent whose controller wishes for a speed or turn rate that is not a finite number.
+    pub fn not_finite(tick: Tick, uav: UavId) -> Self {
+        Self { tick, uav, withheld: NOT_FINITE, ..Self::zeroed() }
+    }
+
+    /// Whether it is withheld because the controller's wish was not a finite number.
+    pub fn is_not_finite(&self) -> bool {
+        self.withheld == NOT_FINITE
     }
 }
 

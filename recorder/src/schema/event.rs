@@ -139,9 +139,10 @@ fn level_name(level: Level) -> &'static str {
 /// The UAV concerned: the one that an event names, or the one whose agent it names.
 fn uav(event: &Event) -> Option<UavId> {
     match event {
-        Event::Collision { uav, .. } | Event::NearMiss { uav, .. } | Event::Failsafe { uav, .. } => {
-            Some(*uav)
-        }
+        Event::Collision { uav, .. }
+        | Event::NearMiss { uav, .. }
+        | Event::Failsafe { uav, .. }
+        | Event::WishNotFinite { uav } => Some(*uav),
         other => match part(other) {
             Some(Part::Agent(uav)) => Some(uav),
             _ => None,

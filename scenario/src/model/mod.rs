@@ -5,6 +5,7 @@
 //!
 //! Never checks a value: `validate` does.
 
+mod agents;
 mod airframe;
 mod control;
 mod leader_path;
@@ -14,6 +15,8 @@ mod process;
 mod start;
 mod surroundings;
 
+pub use agents::AgentSection;
+pub(crate) use agents::NamedUavs;
 pub use airframe::{AirframeSection, Failsafe, GeoreferenceSection, SensingSection};
 pub use control::{ControlSection, DeadReckoning, Law, LawSwitches, MembershipSection, SafetySection};
 pub use leader_path::LeaderStart;
@@ -27,7 +30,7 @@ pub use start::{DrawSection, StartSection, StartState};
 pub use surroundings::{IntruderSection, ObstacleFieldSection, ObstacleSection};
 
 use crate::{Fault, FaultSchedule, assignment};
-use ringwing_flight::{Formation, LivingRing, Manoeuvre, Pace, RingOrder, Tick};
+use ringwing_flight::{Formation, LivingRing, Manoeuvre, Pace, RingOrder, Tick, UavId};
 use serde::{Deserialize, Serialize};
 use std::{iter, time::Duration};
 
@@ -86,6 +89,9 @@ pub struct Scenario {
     /// The planned changes of the formation, in order of time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub manoeuvres: Vec<ManoeuvreSection>,
+    /// The UAVs that a program of the user's flies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub agents: Vec<AgentSection>,
     /// The faults of processes and links.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<Fault>,
@@ -193,6 +199,16 @@ impl Scenario {
         Duration::from_secs_f64(answer_s)
     }
 
+    /// The program that flies `uav`; `None` if the built-in law does.
+    pub fn agent_of(&self, uav: UavId) -> Option<&AgentSection> {
+        self.agents.iter().rev().find(|section| section.has(uav))
+    }
+
+    /// The first UAV that a program of the user's flies, and that program.
+    pub fn first_own_agent(&self) -> Option<(UavId, &AgentSection)> {
+        UavId::all(self.formation.uavs).find_map(|uav| Some((uav, self.agent_of(uav)?)))
+    }
+
     /// The number of the last tick.
     pub fn last_tick(&self) -> i64 {
         // Round, because such a product may be just below a whole number: 0.29 s times 100 Hz is 28.999999999999996.
@@ -241,6 +257,7 @@ impl Default for Scenario {
             obstacles: Vec::new(),
             intruders: Vec::new(),
             manoeuvres: Vec::new(),
+            agents: Vec::new(),
             faults: Vec::new(),
         }
     }

@@ -1,9 +1,9 @@
 //! The example: a scenario in which every key has a value. It tells which keys exist and which type each has.
 
 use crate::{
-    Fault, FormationSection, IntruderSection, LeaderSection, ManoeuvreSection, ObstacleFieldSection,
-    ObstacleSection, OffsetSection, PathSection, RequirementsSection, Scenario, ShapeName, SlotOrder,
-    StartSection, StartState, WaypointSection, key,
+    AgentSection, Fault, FormationSection, IntruderSection, LeaderSection, ManoeuvreSection,
+    ObstacleFieldSection, ObstacleSection, OffsetSection, PathSection, RequirementsSection, Scenario,
+    ShapeName, SlotOrder, StartSection, StartState, WaypointSection, key,
 };
 use ringwing_flight::TrackPoint;
 use std::sync::LazyLock;
@@ -20,7 +20,7 @@ static TREE: LazyLock<DeValue<'static>> = LazyLock::new(|| {
 });
 
 /// Keys of lists of sections that may be left out; see [`is_optional`].
-const OPTIONAL: [&str; 15] = [
+const OPTIONAL: [&str; 16] = [
     "obstacles.velocity_m_s",
     "obstacles.waypoints_m",
     "obstacles.waypoint_speed_m_s",
@@ -36,6 +36,7 @@ const OPTIONAL: [&str; 15] = [
     "manoeuvres.inner_ratio",
     "manoeuvres.columns",
     "manoeuvres.order",
+    "agents.folder",
 ];
 
 /// The example itself: every key has a value, and every list of sections an item.
@@ -89,6 +90,11 @@ pub fn scenario() -> Scenario {
             waypoints_m: vec![[400.0, 0.0], [600.0, 100.0]],
             repeat: true,
         }],
+        agents: vec![AgentSection {
+            uavs: "3".into(),
+            command: vec!["python3".into(), "mine.py".into()],
+            folder: "controllers".into(),
+        }],
         leader: LeaderSection {
             path: PathSection {
                 waypoints: vec![WaypointSection { position_m: [600.0, 0.0] }],
@@ -125,7 +131,7 @@ pub(super) fn at(key: &str) -> Option<&'static DeValue<'static>> {
         DeValue::Table(table) => table.get(part).map(Spanned::get_ref),
         DeValue::Array(list) => {
             let index: usize = part.parse().ok()?;
-            let has_any_length = is_section_list(value) || is_position_list(value);
+            let has_any_length = is_section_list(value) || is_position_list(value) || is_text_list(value);
             list.get(if has_any_length { 0 } else { index }).map(Spanned::get_ref)
         }
         _ => None,
@@ -162,6 +168,11 @@ pub(super) fn is_position_list(value: &DeValue<'_>) -> bool {
     value.as_array().is_some_and(|list| list.first().is_some_and(|first| first.get_ref().is_array()))
 }
 
+/// Whether `value` is a list of texts, such as a command.
+pub(super) fn is_text_list(value: &DeValue<'_>) -> bool {
+    value.as_array().is_some_and(|list| list.first().is_some_and(|first| first.get_ref().is_str()))
+}
+
 /// Whether the section of a list may leave out `key`, as `obstacles.3.repeat`.
 pub(super) fn is_optional(key: &str) -> bool {
     let names: Vec<&str> = key.split('.').filter(|part| part.parse::<usize>().is_err()).collect();
@@ -182,6 +193,9 @@ pub(super) fn remedy(key: &str, wanted: &DeValue<'_>) -> String {
         DeValue::Array(_) if is_section_list(wanted) => format!("give one [[{key}]] section for each, or []"),
         DeValue::Array(_) if is_position_list(wanted) => {
             format!("give positions{of_unit}, such as [[900.0, 42.0], [950.0, 0.0]]")
+        }
+        DeValue::Array(_) if is_text_list(wanted) => {
+            "give texts in quotes, such as [\"python3\", \"mine.py\"]".into()
         }
         // The only other lists of a scenario are positions and velocities.
         DeValue::Array(_) => format!("give two numbers{of_unit}, such as [900.0, 42.0]"),

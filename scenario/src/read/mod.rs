@@ -26,7 +26,7 @@ pub use setting::Setting;
 pub use source::Source;
 
 use crate::{
-    Fault, PathKind, Scenario, fault_check,
+    AgentSection, Fault, PathKind, Scenario, fault_check,
     validate::{self, Blame, Violation},
 };
 use origin::Origins;
@@ -88,6 +88,11 @@ impl Scenario {
     }
 }
 
+/// Where a program of the command line was written.
+fn agent_flag(agent: &AgentSection) -> Place {
+    Place::Setting(format!("--agent \"{}={}\"", agent.uavs, agent.command_line()))
+}
+
 /// Where a fault of the command line was written.
 fn fault_flag(fault: &Fault) -> Place {
     Place::Setting(format!("--fault \"{fault}\""))
@@ -124,6 +129,28 @@ impl Reading {
         self.scenario = self.scenario.with_faults(faults)?;
         self.fault_places.extend(faults.iter().map(fault_flag));
         Ok(self)
+    }
+
+    /// Adds the programs of `--agent`, which start in the working folder.
+    ///
+    /// # Errors
+    /// A program is for a UAV that the swarm does not have, or the working folder cannot be used.
+    pub fn with_agents(mut self, agents: &[AgentSection]) -> Result<Self, ScenarioError> {
+        let mut problems = Vec::new();
+        for agent in agents {
+            let mut section = agent.clone();
+            let placed = absolute(Path::new(&section.folder)).map(|folder| section.folder = folder);
+            let alone = Scenario { agents: vec![section.clone()], ..self.scenario.clone() };
+            let refusals = placed.err().into_iter().chain(validate::messages_about_agents(&alone));
+            problems.extend(refusals.map(|message| Problem {
+                scenario: self.name.clone(),
+                place: agent_flag(agent),
+                key: None,
+                message,
+            }));
+            self.scenario.agents.push(section);
+        }
+        if problems.is_empty() { Ok(self) } else { Err(problems.into()) }
     }
 
     /// A warning about each fault that can have no effect, and about each delay that rounding changes noticeably.
@@ -195,6 +222,7 @@ impl<'s> ScenarioReader<'s> {
         let mut scenario = self.deserialize(tree, given.get_ref())?;
         self.read_delay_files(&mut scenario, given.get_ref());
         self.read_track_file(&mut scenario, given.get_ref());
+        self.place_agents(&mut scenario, given.get_ref());
         self.validate(&scenario, given.get_ref());
         Some(scenario)
     }
@@ -327,6 +355,19 @@ impl<'s> ScenarioReader<'s> {
         }
     }
 
+    /// Makes the folder of each program of the user's absolute, so that it means the same in the run's log.
+    fn place_agents(&mut self, scenario: &mut Scenario, given: &DeValue<'_>) {
+        for (index, section) in scenario.agents.iter_mut().enumerate() {
+            let position = lookup(given, &format!("agents.{index}.folder")).position;
+            let place = position.map_or(Place::Scenario, |position| self.origins.place(position));
+            let folder = self.folder_at(&place).join(&section.folder);
+            match absolute(&folder) {
+                Ok(folder) => section.folder = folder,
+                Err(message) => self.report(position, Some(format!("agents.{index}.folder")), message),
+            }
+        }
+    }
+
     /// The folder from which a path counts that was written at `place`: in a file from the folder of that file, and in an
     /// override from the working folder, as in any other argument.
     fn folder_at(&self, place: &Place) -> PathBuf {
@@ -377,6 +418,16 @@ impl<'s> ScenarioReader<'s> {
 
 fn position(error: &Error) -> Option<usize> {
     error.span().map(|span| span.start)
+}
+
+/// `folder` as an absolute path, from the working folder.
+fn absolute(folder: &Path) -> Result<String, String> {
+    // The empty path is the working folder, and has no absolute form of its own. Collecting drops a slash at the end.
+    let folder: PathBuf = Path::new(".").join(folder).components().collect();
+    let unusable =
+        |why: &dyn std::fmt::Display| format!("folder {}: cannot be used: {why}", folder.display());
+    let absolute = std::path::absolute(&folder).map_err(|why| unusable(&why))?;
+    absolute.to_str().map(str::to_owned).ok_or_else(|| unusable(&"its path is not UTF-8"))
 }
 
 /// Whether the listed starts still apply after the settings of `keys_set`.

@@ -103,9 +103,11 @@ fn type_error(value: &DeValue<'_>, wanted: &DeValue<'_>) -> Option<String> {
         (DeValue::Float(float), DeValue::Integer(_)) => {
             Some(format!("{} is not a whole number", float.as_str()))
         }
-        (DeValue::Array(list), DeValue::Array(places)) if example::is_position_list(wanted) => {
-            let place = places.first()?.get_ref();
-            list.iter().find_map(|item| type_error(item.get_ref(), place))
+        (DeValue::Array(list), DeValue::Array(items))
+            if example::is_position_list(wanted) || example::is_text_list(wanted) =>
+        {
+            let every = items.first()?.get_ref();
+            list.iter().find_map(|item| type_error(item.get_ref(), every))
         }
         (DeValue::Array(list), DeValue::Array(pair)) if !example::is_section_list(wanted) => {
             list_error(list, pair)
@@ -286,6 +288,18 @@ mod tests {
             ("'there'", "\"there\" is text"),
         ] {
             assert_eq!(waypoints(list), [format!("obstacles.0.waypoints_m: {wanted}: {remedy}")]);
+        }
+    }
+
+    #[test]
+    fn a_command_has_any_number_of_words() {
+        let command = |list: &str| mismatches(&format!("[[agents]]\nuavs = '3'\ncommand = {list}"));
+        for list in ["[]", "['./mine']", "['python3', 'mine.py', '--gain', '2']"] {
+            assert!(command(list).is_empty(), "{list}");
+        }
+        let remedy = "give texts in quotes, such as [\"python3\", \"mine.py\"]";
+        for (list, wanted) in [("['mine', 2]", "2 is a number"), ("'mine'", "\"mine\" is text")] {
+            assert_eq!(command(list), [format!("agents.0.command: {wanted}: {remedy}")]);
         }
     }
 

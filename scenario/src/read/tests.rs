@@ -46,7 +46,7 @@ braking_distance_m = 20
         problems(text, &settings),
         r#"
 wind.toml:2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-wind.toml:3: colour: no such key; the keys here are airframe, control, description, faults, formation, georeference, intruders, ipc, leader, manoeuvres, membership, name, obstacle_field, obstacles, requirements, safety, seed, sensing, start, supervision, time
+wind.toml:3: colour: no such key; the keys here are agents, airframe, control, description, faults, formation, georeference, intruders, ipc, leader, manoeuvres, membership, name, obstacle_field, obstacles, requirements, safety, seed, sensing, start, supervision, time
 wind.toml:5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
 wind.toml:6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
 wind.toml:8: formation.uavs: 2 is outside 3 to 1024: give a value in this range
@@ -402,4 +402,28 @@ fn a_path_that_the_airframes_cannot_follow_is_blamed_on_what_was_set() {
         "{error}"
     );
     assert!(error.ends_with("give a radius of at least 200 m"), "{error}");
+}
+
+#[test]
+fn the_folder_of_a_program_counts_from_the_scenarios_file() {
+    let program = |folder: &str| {
+        let text = format!("[[agents]]\nuavs = 'all'\ncommand = ['./mine']\n{folder}");
+        Scenario::read(&Source { name: "/flights/lead.toml".into(), text }, &[]).unwrap()
+    };
+    for (folder, placed) in
+        [("", "/flights"), ("folder = 'laws/new'", "/flights/laws/new"), ("folder = '/laws'", "/laws")]
+    {
+        let scenario = program(folder);
+        assert_eq!(scenario.agents[0].folder, placed);
+        assert_eq!(
+            Scenario::resolved(&scenario.to_toml()).unwrap(),
+            scenario,
+            "the log means the same folder"
+        );
+    }
+    let here = std::env::current_dir().unwrap();
+    let source = Source { name: "paper-4.1".into(), text: String::new() };
+    let agent = AgentSection::parse("3=./mine").unwrap();
+    let reading = Reading::read(&source, &[]).unwrap().with_agents(&[agent]).unwrap();
+    assert_eq!(Path::new(&reading.scenario.agents[0].folder), here);
 }

@@ -2,6 +2,7 @@
 //!
 //! Never sees a number that is not finite or too large to compute with: `read` refuses those.
 
+mod agents;
 mod formation;
 mod intruders;
 mod leader_path;
@@ -69,12 +70,20 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(places::obstacle_field(scenario));
     violations.extend(places::starts(scenario));
     violations.extend(intruders::intruders(scenario));
+    violations.extend(agents::agents(scenario));
     violations.extend(faults(scenario));
     // The geometry of wrong quantities has no meaning.
     if violations.is_empty() {
         violations.extend(manoeuvres::follow(scenario));
     }
     violations
+}
+
+/// What is impossible about the programs of the user's in `scenario`, a sentence each.
+pub(crate) fn messages_about_agents(scenario: &Scenario) -> Vec<String> {
+    let blames =
+        agents::agents(scenario).into_iter().filter_map(|violation| violation.blames.into_iter().next());
+    blames.map(|blame| blame.message).collect()
 }
 
 /// The name becomes part of a folder's name, so it must be safe on every file system.

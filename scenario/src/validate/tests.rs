@@ -1,9 +1,9 @@
 use super::*;
 use crate::{
-    ManoeuvreSection, ObstacleSection, OffsetSection, PathKind, RequirementsSection, ShapeName, SlotOrder,
-    StartState, read,
+    AgentSection, ManoeuvreSection, ObstacleSection, OffsetSection, PathKind, RequirementsSection, ShapeName,
+    SlotOrder, StartState, read,
 };
-use ringwing_flight::{FormationFrame, OnLoss};
+use ringwing_flight::{FormationFrame, OnLoss, UavId};
 
 /// A valid scenario with an obstacle and a listed start for each UAV.
 fn valid() -> Scenario {
@@ -512,4 +512,36 @@ fn a_vee_is_not_too_steep_and_has_no_radius_to_keep() {
             "membership.on_loss: the shape \"vee\" has no radius to keep: give \"keep_spacing\" or \"keep_slots\""
         ]
     );
+}
+
+#[test]
+fn programs_fly_uavs_that_exist_and_have_a_name() {
+    let agent = |uavs: &str, command: &[&str]| {
+        let command = command.iter().map(ToString::to_string).collect();
+        let section = AgentSection { uavs: uavs.into(), command, folder: String::new() };
+        messages(|scenario| scenario.agents = vec![section])
+    };
+    for uavs in ["all", "6", " 1, 2 ,3"] {
+        assert_eq!(agent(uavs, &["./mine"]), [""; 0], "{uavs}");
+    }
+    let remedy = "write \"all\", or numbers such as \"3\" or \"1, 4\"";
+    for uavs in ["", "some", "3,", "-1", "2.5"] {
+        assert_eq!(agent(uavs, &["./mine"]), [format!("agents.0.uavs: {uavs:?} names no UAVs: {remedy}")]);
+    }
+    for uav in [0, 7] {
+        let message = format!("agents.0.uavs: there is no UAV {uav}: this swarm has UAVs 1 to 6");
+        assert_eq!(agent(&format!("2, {uav}"), &["./mine"]), [message]);
+    }
+    for command in [&[][..], &[""]] {
+        assert!(agent("3", command)[0].starts_with("agents.0.command: there is no program"));
+    }
+    assert!(agent("3", &["./mine", "a\0b"])[0].contains("a zero byte"));
+}
+
+#[test]
+fn of_two_programs_for_a_uav_the_later_one_counts() {
+    let mut scenario = valid();
+    scenario.agents = ["all=./one", "2, 3=./other"].map(|text| AgentSection::parse(text).unwrap()).into();
+    let program = |uav| scenario.agent_of(UavId(uav)).unwrap().command[0].clone();
+    assert_eq!([1, 2, 3, 4].map(program), ["./one", "./other", "./other", "./one"]);
 }

@@ -164,6 +164,11 @@ impl Lifecycle {
         self.live().is_some_and(LiveProcess::is_frozen)
     }
 
+    /// Whether the user started it by hand, so that it is not a child of the launcher.
+    pub(super) fn is_adopted(&self) -> bool {
+        self.live().is_some_and(|live| live.is_adopted)
+    }
+
     /// Whether a fault keeps it frozen, or is about to freeze it.
     pub(super) fn is_kept_frozen(&self) -> bool {
         self.requested == Some(Requested::Freeze)

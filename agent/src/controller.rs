@@ -1,0 +1,92 @@
+//! The seam between an agent and whatever decides how its UAV flies: a [`Situation`] goes in, a [`Wish`] comes out.
+//!
+//! The built-in law and a user's [`Controller`] are behind the same seam. Everything else is the agent's: links and their
+//! faults, membership, slots, the collision filter, the airframe's limits and the log.
+//!
+//! Never gives a controller more than its agent knows.
+
+use crate::{
+    law::{ControlInput, saturated_control},
+    pilot::{Forecast, Situation, Steer, Steered},
+};
+use ringwing_flight::Account;
+
+/// What decides how one UAV flies: the user's own law.
+///
+/// In lockstep a flight repeats to the bit if the controller is deterministic: if the same situations in the same order
+/// give the same wishes. A controller that reads a clock or draws random numbers without a fixed seed is not.
+pub trait Controller {
+    /// Decides for one tick.
+    ///
+    /// The agent calls this once a tick, in order of ticks. It leaves out ticks in which it does not know where the UAV
+    /// is, and those that it missed because its process was frozen. A new process begins with a new controller.
+    fn step(&mut self, situation: &Situation<'_>) -> Wish;
+}
+
+impl<C: Controller + ?Sized> Controller for Box<C> {
+    fn step(&mut self, situation: &Situation<'_>) -> Wish {
+        (**self).step(situation)
+    }
+}
+
+/// What a controller wants its UAV to fly until the next tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wish {
+    /// Speed along the heading, m/s.
+    pub speed_m_s: f64,
+    /// Rate of the heading, rad/s, counterclockwise.
+    pub turn_rate_rad_s: f64,
+}
+
+impl Wish {
+    /// A wish for this speed, in m/s, and this turn rate, in rad/s.
+    pub fn new(speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
+        Self { speed_m_s, turn_rate_rad_s }
+    }
+}
+
+/// A user's controller behind the seam.
+#[derive(Debug, Clone)]
+pub struct Guest<C>(pub C);
+
+impl<C: Controller> Steer for Guest<C> {
+    type Rehearsal = Straight;
+
+    fn rehearsal(&self) -> Straight {
+        Straight
+    }
+
+    fn steer(&mut self, situation: &Situation<'_>) -> Option<Steered> {
+        let Wish { speed_m_s, turn_rate_rad_s } = self.0.step(situation);
+        let wish = ControlInput { speed_m_s, turn_rate_rad_s };
+        // A saturation lets NaN through.
+        if !(speed_m_s.is_finite() && turn_rate_rad_s.is_finite()) {
+            return None;
+        }
+        let control = saturated_control(&wish, &situation.limits);
+        let account = Account {
+            // Comparing floats exactly is right here: a value within the limits comes back unchanged.
+            speed_saturated: u16::from(control.speed_m_s != wish.speed_m_s),
+            turn_rate_saturated: u16::from(control.turn_rate_rad_s != wish.turn_rate_rad_s),
+            ..situation.account(control)
+        };
+        Some(Steered { control, account, forecast: Some(Forecast::arc(situation, control)) })
+    }
+}
+
+/// Stands in for a user's controller in a rehearsal, because a rehearsed tick would change the controller's state.
+#[derive(Debug, Clone, Copy)]
+pub struct Straight;
+
+impl Steer for Straight {
+    type Rehearsal = Self;
+
+    fn rehearsal(&self) -> Self {
+        Self
+    }
+
+    fn steer(&mut self, situation: &Situation<'_>) -> Option<Steered> {
+        let control = ControlInput { speed_m_s: situation.sensed.speed_m_s, turn_rate_rad_s: 0.0 };
+        Some(Steered { control, account: situation.account(control), forecast: None })
+    }
+}

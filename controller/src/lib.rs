@@ -1,0 +1,125 @@
+//! Your own control law in a ringwing flight.
+//!
+//! Implement [`Controller`] and call [`main`]. The program then is the agent of a UAV: `ringwing run --agent "3=./my-controller"`
+//! starts it, and restarts, kills and times it like the built-in agent. Links and their faults, membership, slots, the collision
+//! filter and the log are the same.
+//!
+//! Never decides anything about the flight: the controller does.
+
+use clap::{Args, Command, FromArgMatches};
+pub use nalgebra::{Point2, Vector2};
+pub use ringwing_agent::AgentError;
+use ringwing_agent::{AgentArgs, run_controller};
+pub use ringwing_agent::{
+    controller::{Controller, Wish},
+    law::Limits,
+    pilot::{EstimatedLeader, Membership, PeerTrack, RingNeighbour, Situation, SlotMotion},
+};
+pub use ringwing_flight::{
+    Aircraft, FormationFrame, Pose, Sensed, SensedAircraft, SensedObstacle, Tick, UavId, direction, wrap,
+};
+pub use ringwing_scenario::Scenario;
+use std::{
+    ffi::OsString,
+    io::{Write, stderr},
+    process::ExitCode,
+};
+
+/// The word that separates the arguments of the controller from those that ringwing adds.
+const MARKER: &str = "agent";
+
+/// What a program says that nobody told which UAV of which run to fly.
+const NO_RUN: &str =
+    "this program flies a UAV of ringwing: start it with `ringwing run SCENARIO --agent \"UAVS=PROGRAM\"`";
+
+/// What a controller may know before the flight.
+#[derive(Debug, Clone, Copy)]
+pub struct Start<'s> {
+    /// The UAV that it will fly.
+    pub uav: UavId,
+    /// The scenario of the run.
+    pub scenario: &'s Scenario,
+    /// The arguments of the program that are its own: those that `command` has after the program's name.
+    pub arguments: &'s [OsString],
+}
+
+/// Flies a UAV with the controller that `make` makes until the flight ends; to be returned from `main`.
+///
+/// The arguments of the program say which UAV of which run. If they do not, this prints how to start the program, and the exit
+/// code is 2; it is 1 if the program cannot take part in the run.
+pub fn main<C: Controller>(make: impl FnOnce(&Start<'_>) -> C) -> ExitCode {
+    let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
+    match run(&arguments, make) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(RunError::Usage(why)) => say(&why, 2),
+        Err(RunError::Agent(error)) => say(&format!("error: agent: {error}"), 1),
+    }
+}
+
+/// Why a controller cannot fly.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The arguments do not say which UAV of which run to fly.
+    #[error("{0}")]
+    Usage(String),
+    /// The program cannot take part in the run.
+    #[error(transparent)]
+    Agent(#[from] AgentError),
+}
+
+/// Flies a UAV with the controller that `make` makes until the flight ends. `arguments` are those of the program, without its
+/// name. For programs that are not made in Rust alone; others call [`main`].
+pub fn run<C: Controller>(
+    arguments: &[OsString],
+    make: impl FnOnce(&Start<'_>) -> C,
+) -> Result<(), RunError> {
+    let (own, member) = split(arguments).map_err(RunError::Usage)?;
+    run_controller(&member, |start| {
+        make(&Start { uav: start.uav, scenario: start.scenario, arguments: own })
+    })?;
+    Ok(())
+}
+
+/// The arguments of the controller, and those that ringwing added.
+fn split(arguments: &[OsString]) -> Result<(&[OsString], AgentArgs), String> {
+    // The last such word is ringwing's, whatever the controller's own arguments are.
+    let Some(place) = arguments.iter().rposition(|argument| argument == MARKER) else {
+        return Err(NO_RUN.into());
+    };
+    let (own, added) = arguments.split_at(place);
+    // The marker takes the place of the program's name, which clap expects first.
+    let parsed = AgentArgs::augment_args(Command::new(MARKER)).try_get_matches_from(added);
+    let member = parsed.and_then(|matches| AgentArgs::from_arg_matches(&matches));
+    Ok((own, member.map_err(|error| error.to_string())?))
+}
+
+/// Writes `text` to stderr, and returns the exit code.
+fn say(text: &str, code: u8) -> ExitCode {
+    // Nobody can be told that nobody reads it.
+    let _ = writeln!(stderr(), "{text}");
+    ExitCode::from(code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(line: &str) -> Vec<OsString> {
+        line.split(' ').map(OsString::from).collect()
+    }
+
+    #[test]
+    fn the_last_marker_separates_the_arguments() {
+        let arguments = words("--gain 2 agent smith agent --uav 3 --domain k3x9ab --launcher 17");
+        let (own, member) = split(&arguments).unwrap();
+        assert_eq!(own, words("--gain 2 agent smith"));
+        assert_eq!((member.uav, member.member.launcher), (3, Some(17)));
+    }
+
+    #[test]
+    fn a_program_that_is_started_without_a_run_says_how_to_start_it() {
+        assert!(split(&words("--gain 2")).unwrap_err().contains("ringwing run"));
+        assert!(split(&words("agent --uav 0 --domain k3x9ab")).unwrap_err().contains("--uav"));
+        assert!(split(&words("agent --uav 3")).unwrap_err().contains("--domain"));
+    }
+}
