@@ -289,6 +289,34 @@ fn an_interrupted_benchmark_reports_what_it_has_and_leaves_nothing() {
 }
 
 #[test]
+fn ctrl_z_stops_a_benchmark_with_all_its_processes_and_the_case_is_measured_again() {
+    for (transport, part) in [("none", " agent "), ("pipe", " bench-peer ")] {
+        let bench = Bench::start(&format!(
+            "--uavs 2 --load closed --transport {transport} --repeat 1 --warm-up 0 --seconds 2"
+        ));
+        let (process, _) = bench.wait_for(part);
+        let is_stopped = |process: u32| {
+            let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+            stat.rsplit_once(')').is_some_and(|(_, rest)| rest.trim_start().starts_with('T'))
+        };
+        bench.suspend();
+        wait_until("everything stands", || {
+            (is_stopped(bench.id()) && bench.processes().iter().all(|(process, _)| is_stopped(*process)))
+                .then_some(())
+        });
+        assert!(is_stopped(process), "{transport}");
+        // Longer than any tick may take.
+        thread::sleep(Duration::from_millis(1500));
+        send(bench.id(), Signal::CONT);
+        let bench = bench.finish();
+        for case in bench.cases() {
+            let [repeat] = repeats(case) else { panic!("{case:#}") };
+            assert_eq!(samples_above(repeat, "tick", 1_400_000_000), 0, "{transport}: {case:#}");
+        }
+    }
+}
+
+#[test]
 fn a_killed_hub_ends_its_peers_and_fails_only_its_case() {
     let bench = Bench::start("--uavs 2 --load closed --transport tcp --repeat 1 --warm-up 0 --seconds 3");
     let (peer, _) = bench.wait_for(" bench-peer ");

@@ -42,6 +42,7 @@ mod report;
 mod result;
 mod runner;
 mod scratch;
+mod standstill;
 mod statistics;
 mod table;
 mod trace;

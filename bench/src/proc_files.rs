@@ -24,6 +24,18 @@ pub(crate) fn pss_bytes(process: u32) -> u64 {
     number_after(&fs::read_to_string(path).unwrap_or_default(), "Pss:") * 1024
 }
 
+/// The process that started `process`, or took it over; `None` if it is gone.
+pub(crate) fn parent_of(process: u32) -> Option<u32> {
+    let text = fs::read_to_string(Path::new("/proc").join(process.to_string()).join("stat")).ok()?;
+    fields_of(&text).nth(1)?.parse().ok()
+}
+
+/// The fields of a process's `stat` from the third one on.
+fn fields_of(stat: &str) -> impl Iterator<Item = &str> {
+    // Field 2 is the program's name in parentheses, and may itself contain spaces and parentheses.
+    stat.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace()
+}
+
 fn of_thread(folder: &Path) -> ProcessUsage {
     let run = fs::read_to_string(folder.join("schedstat")).unwrap_or_default();
     let status = fs::read_to_string(folder.join("status")).unwrap_or_default();
@@ -44,10 +56,8 @@ fn number_after(text: &str, key: &str) -> u64 {
 /// Timer ticks in user mode and in the kernel: fields 14 and 15 of `stat`.
 fn timer_ticks(folder: &Path) -> (u64, u64) {
     let text = fs::read_to_string(folder.join("stat")).unwrap_or_default();
-    // Field 2 is the program's name in parentheses, and may itself contain spaces and parentheses.
-    let fields = text.rsplit_once(')').map_or("", |(_, rest)| rest);
-    // The rest begins with field 3, so field 14 comes after eleven others.
-    let mut ticks = fields.split_whitespace().skip(11).map(|field| field.parse().unwrap_or_default());
+    // Field 14 comes after eleven others.
+    let mut ticks = fields_of(&text).skip(11).map(|field| field.parse().unwrap_or_default());
     (ticks.next().unwrap_or_default(), ticks.next().unwrap_or_default())
 }
 

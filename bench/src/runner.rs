@@ -14,13 +14,15 @@ use crate::{
     order::order,
     result::{Measured, Repeat},
     scratch::Scratch,
+    standstill::StoppedCase,
     trace::Trace,
     transport::hub,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_bus::{DomainOwner, Patience, StopFlag, copy_whole};
+use ringwing_bus::{DomainOwner, Patience, StopFlag, SuspendFlag, copy_whole, stop_self};
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
+    cell::Cell,
     fs,
     io::Read,
     os::unix::process::CommandExt,
@@ -48,6 +50,9 @@ pub(crate) struct Runner<'a> {
     /// The folder for logs of flights, if the user wants them.
     logs: Option<&'a Path>,
     stop: StopFlag,
+    suspend: SuspendFlag,
+    /// Whether the case stood still that is measured.
+    stood_still: Cell<bool>,
     began: Instant,
     folder: Scratch,
 }
@@ -60,11 +65,21 @@ impl<'a> Runner<'a> {
         logs: Option<&'a Path>,
     ) -> Result<Self, BenchError> {
         // Before anything else: from here on, an interrupt ends the benchmark in order.
-        let stop = StopFlag::on_signals()?;
+        let (stop, suspend) = (StopFlag::on_signals()?, SuspendFlag::on_signal()?);
         let folder = Scratch::new().map_err(BenchError::system(
             "no temporary folder can be created; set TMPDIR to a writable folder",
         ))?;
-        Ok(Self { axes, placement, seed, logs, stop, began: Instant::now(), folder })
+        Ok(Self {
+            axes,
+            placement,
+            seed,
+            logs,
+            stop,
+            suspend,
+            stood_still: Cell::new(false),
+            began: Instant::now(),
+            folder,
+        })
     }
 
     /// Whether the user ended the benchmark early.
@@ -82,7 +97,7 @@ impl<'a> Runner<'a> {
         for (place, index) in order.into_iter().enumerate() {
             bar.set_message(label::case(&measured[index].case));
             bar.tick();
-            match self.measure(place as u32, &measured[index].case) {
+            match self.measure_awake(place as u32, &measured[index].case) {
                 // What an interrupted case reports is incomplete.
                 _ if self.stop.is_set() => break,
                 Ok(repeat) => measured[index].repeats.push(repeat),
@@ -92,6 +107,17 @@ impl<'a> Runner<'a> {
         }
         bar.finish_and_clear();
         measured
+    }
+
+    /// Measures `case`, and again if the user has let it stand still: its ticks took as long as that.
+    fn measure_awake(&self, place: u32, case: &Case) -> Result<Repeat, BenchError> {
+        loop {
+            self.stood_still.set(false);
+            let measured = self.measure(place, case);
+            if !self.stood_still.get() || self.stop.is_set() {
+                return measured;
+            }
+        }
     }
 
     fn measure(&self, place: u32, case: &Case) -> Result<Repeat, BenchError> {
@@ -180,6 +206,12 @@ impl<'a> Runner<'a> {
         loop {
             if let Some(status) = child.try_wait()? {
                 return Ok(Some(status));
+            }
+            if self.suspend.take() {
+                let case = StoppedCase::stop(child.id());
+                stop_self();
+                case.go_on();
+                self.stood_still.set(true);
             }
             if patience_to_leave.is_none() && (self.stop.is_set() || patience.is_over()) {
                 patience_to_leave = Some(Patience::of(LEAVE_TIMEOUT));

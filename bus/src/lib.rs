@@ -73,7 +73,7 @@ pub use process::{
 pub use request::{Answer, REFUSED};
 pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
-pub use stop::StopFlag;
+pub use stop::{StopFlag, SuspendFlag};
 pub use wait_strategy::{Due, WaitStrategy, processes_per_core};
 pub use waker::Waker;
 pub use wire::Wire;

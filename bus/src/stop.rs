@@ -3,7 +3,7 @@
 //! Must never end the process: its own loop looks at the flag.
 
 use crate::{BusError, process::heeded};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGINT, SIGTERM, SIGTSTP};
 use std::{
     sync::{
         Arc,
@@ -60,5 +60,27 @@ impl StopFlag {
     pub fn is_set(&self) -> bool {
         // The flag says nothing about other memory, so nothing has to be ordered with it.
         self.0.load(Relaxed)
+    }
+}
+
+/// Set when the user wants the process to stand still, as the terminal's Ctrl-Z says.
+#[derive(Debug, Default)]
+pub struct SuspendFlag(Arc<AtomicBool>);
+
+impl SuspendFlag {
+    /// A flag that SIGTSTP sets, unless whoever started this process had it ignored. From here on the signal does nothing
+    /// else.
+    pub fn on_signal() -> Result<Self, BusError> {
+        let flag = Self::default();
+        for signal in heeded(&[SIGTSTP]) {
+            signal_hook::flag::register(signal, flag.0.clone())
+                .map_err(BusError::system("cannot handle signals"))?;
+        }
+        Ok(flag)
+    }
+
+    /// Whether the process is to stand still. Tells it once for each wish.
+    pub fn take(&self) -> bool {
+        self.0.swap(false, Relaxed)
     }
 }

@@ -82,6 +82,16 @@ impl Bench {
         send(self.child.id(), Signal::TERM);
     }
 
+    /// Lets the benchmark stand still, as Ctrl-Z does.
+    pub fn suspend(&self) {
+        send(self.child.id(), Signal::TSTP);
+    }
+
+    /// Its process id.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Waits until the benchmark ends, and asserts that it leaves no temporary file.
     pub fn finish(self) -> Benched {
         let Output { status, stdout, stderr } = self.child.wait_with_output().expect("it ends");
