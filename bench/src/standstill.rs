@@ -20,14 +20,18 @@ impl StoppedCase {
             if running.is_empty() {
                 return Self(stopped);
             }
-            running.iter().for_each(|process| send(*process, Signal::STOP));
+            for process in &running {
+                send(*process, Signal::STOP);
+            }
             stopped.extend(running);
         }
     }
 
     /// Lets them go on: the last one first, so that whoever waits for another finds it running.
     pub(crate) fn go_on(self) {
-        self.0.into_iter().rev().for_each(|process| send(process, Signal::CONT));
+        for process in self.0.into_iter().rev() {
+            send(process, Signal::CONT);
+        }
     }
 }
 
