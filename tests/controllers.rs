@@ -57,7 +57,7 @@ fn controllers_fly_beside_the_built_in_law_and_survive_the_loss_of_a_uav() {
 fn a_controller_is_killed_and_started_again_like_any_agent() {
     let run = Swarm::fly("paper-4.1")
         .with("--law resilient --duration 60")
-        .fault("at 20 s kill uav 3 for 5 s")
+        .fault("at 20 s restart uav 3 after 5 s")
         .agent(&format!("3={}", consensus()))
         .start();
     run.wait_for_second(5.0);

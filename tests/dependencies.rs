@@ -59,6 +59,7 @@ const ROOMS: [Room; 14] = [
             "report.rs",
             "runner.rs",
             "scratch.rs",
+            "standstill.rs",
             "trace_file.rs",
             "transport",
         ],

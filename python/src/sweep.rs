@@ -155,7 +155,7 @@ fn fly_sweep(
     let jobs =
         options.jobs.map_or_else(|| thread::available_parallelism().map_or(1, NonZero::get), NonZero::get);
     let watch = Watch::new(flights, progress);
-    let problems = check(&sweep, jobs, || watch.stops());
+    let problems = check(&sweep, jobs, true, || watch.stops());
     if !problems.is_empty() {
         return Err(Failure::Wrong(problems.join("\n")));
     }

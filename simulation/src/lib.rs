@@ -36,7 +36,21 @@ pub use seat_agent::MakeController;
 pub use simulation::Simulation;
 
 use ringwing_flight::UavId;
-use ringwing_scenario::ScenarioError;
+use ringwing_scenario::{Scenario, ScenarioError};
+
+/// Whether `scenario` can be flown here without controllers of the user's.
+///
+/// # Errors
+/// It flies in real time, or a program of the user's flies a UAV.
+pub fn check(scenario: &Scenario) -> Result<(), SimulationError> {
+    if scenario.time.real_time {
+        return Err(SimulationError::RealTime(scenario.name.clone()));
+    }
+    scenario.first_own_agent().map_or(Ok(()), |(uav, agent)| {
+        let (scenario, command) = (scenario.name.clone(), agent.command_line());
+        Err(SimulationError::OwnProgram { scenario, uav, command })
+    })
+}
 
 /// Why a scenario cannot be flown here.
 #[derive(Debug, thiserror::Error)]

@@ -55,7 +55,7 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let shard = args.shard()?;
     check_size(&sweep, args.yes)?;
     let jobs = config::jobs(args.jobs);
-    check_cells(&sweep, jobs, &stop)?;
+    check_cells(&sweep, jobs, !args.processes, &stop)?;
     let folder = args.out.clone().unwrap_or_else(|| Path::new("sweeps").join(&sweep.name));
     let manifest = prepare(&folder, &sweep, args)?;
     let path = folder.join(flights_file(shard));
@@ -115,8 +115,8 @@ fn check_size(sweep: &Definition, yes: bool) -> Result<(), WrongUsage> {
 }
 
 /// Reads every cell's scenario before the first flight.
-fn check_cells(sweep: &Definition, jobs: usize, stop: &StopFlag) -> anyhow::Result<()> {
-    let problems = check(sweep, jobs, || stop.is_set());
+fn check_cells(sweep: &Definition, jobs: usize, is_simulated: bool, stop: &StopFlag) -> anyhow::Result<()> {
+    let problems = check(sweep, jobs, is_simulated, || stop.is_set());
     if problems.is_empty() {
         return Ok(());
     }

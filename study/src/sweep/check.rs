@@ -1,6 +1,7 @@
 //! Reads every cell of a sweep before the first flight, so that a mistake does not show after an hour.
 
 use super::definition::Definition;
+use ringwing_simulation as simulation;
 use std::{
     sync::{
         Mutex, PoisonError,
@@ -12,9 +13,14 @@ use std::{
 /// Most problems that are reported. More would only repeat the same mistake for other cells.
 const LISTED: usize = 10;
 
-/// The problems of the cells, a line for each, each once and in the order of the cells; only some if there are many, and
+/// The problems of the cells, which are to fly in the simulation if `is_simulated`: a line for each, each once and in the order of the cells; only some if there are many, and
 /// only those found until `stops` says that nobody wants them any more.
-pub fn check(definition: &Definition, jobs: usize, stops: impl Fn() -> bool + Sync) -> Vec<String> {
+pub fn check(
+    definition: &Definition,
+    jobs: usize,
+    is_simulated: bool,
+    stops: impl Fn() -> bool + Sync,
+) -> Vec<String> {
     let cells = definition.cells().unwrap_or(u64::MAX);
     let (next, found) = (AtomicU64::new(0), Mutex::new(Vec::<(u64, String)>::new()));
     let look = || {
@@ -23,10 +29,17 @@ pub fn check(definition: &Definition, jobs: usize, stops: impl Fn() -> bool + Sy
             if cell >= cells || stops() {
                 return;
             }
-            if let Err(problem) = definition.checked_cell(cell) {
+            let problem = match definition.checked_cell(cell) {
+                Ok(scenario) if is_simulated => {
+                    simulation::check(&scenario).err().map(|error| error.to_string())
+                }
+                Ok(_) => None,
+                Err(problem) => Some(problem.to_string()),
+            };
+            if let Some(problem) = problem {
                 let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
                 // The same value is wrong in many cells.
-                for line in problem.to_string().lines() {
+                for line in problem.lines() {
                     if found.iter().all(|(_, other)| other != line) {
                         found.push((cell, line.to_owned()));
                     }

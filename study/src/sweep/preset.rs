@@ -51,7 +51,7 @@ mod tests {
         for preset in all() {
             let sweep = Draft::parse(preset.name, preset.text).and_then(Draft::finish).unwrap();
             assert_eq!((sweep.name.as_str(), sweep.description.as_str()), (preset.name, preset.description));
-            assert_eq!(check(&sweep, 1, || false), Vec::<String>::new(), "{}", preset.name);
+            assert_eq!(check(&sweep, 1, true, || false), Vec::<String>::new(), "{}", preset.name);
         }
     }
 }
