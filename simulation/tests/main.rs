@@ -5,6 +5,7 @@
 mod support;
 
 mod dead_reckoning;
+mod force_limit;
 mod paper;
 mod pinned;
 mod random;

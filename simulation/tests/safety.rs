@@ -1,6 +1,6 @@
 //! What the collision filter is for: nobody comes too near to anybody, whatever they start from, fly into, or sense.
 
-use crate::support::{Flight, at_rest, preset, scenario, with_faults};
+use crate::support::{Flight, at_rest, preset, scenario, slot_error_max_m, with_faults};
 use nalgebra::Point2;
 use ringwing_flight::{AircraftId, Avoided, Route, UavId, direction, draw::Draws};
 use ringwing_scenario::{IntruderSection, ObstacleSection, Scenario};
@@ -77,16 +77,6 @@ fn clearance_m(obstacles: &[ObstacleSection], places: &[Point2<f64>]) -> f64 {
     };
     let all = places.iter().flat_map(|place| obstacles.iter().map(move |one| to_edge(place, one)));
     all.fold(f64::INFINITY, f64::min)
-}
-
-fn slot_error_max_m(simulation: &Simulation) -> f64 {
-    let (scenario, leader) = (simulation.scenario(), Point2::from(simulation.leader().position_m));
-    let ring = scenario.whole_ring();
-    let error_m = |uav: UavId| {
-        let place = simulation.sky().airframes()[uav.index()].pose().position;
-        (place - leader - ring.slot(uav.0).offset()).norm()
-    };
-    UavId::all(scenario.formation.uavs).map(error_m).fold(0.0, f64::max)
 }
 
 /// Flies each of the scenarios that `make` gives for these seeds, on all processors.

@@ -89,19 +89,14 @@ impl BuiltInLaw {
     }
 
     /// The law, Eq. (4) to (13).
-    fn law_terms(
-        &self,
-        field: Field,
-        leader: &EstimatedLeader,
-        motion: &SlotMotion,
-        situation: &Situation<'_>,
-    ) -> LawTerms {
+    fn law_terms(&self, field: Field, motion: &SlotMotion, situation: &Situation<'_>) -> LawTerms {
         let own = &situation.own;
         let forces = potential_forces(&field, &own.position);
         let repulsion_m = repulsion_of(situation.obstacles(), self.gains.obstacle_m, &own.position, 0.0);
         // Only the formation's force is limited. A limited repulsion could be outweighed, and the UAV would hit the
         // obstacle.
-        let formation_force = self.gains.limited(forces.total(), leader.track.speed_m_s);
+        let slot_error_m = own.position - field.slot;
+        let formation_force = self.gains.limited(forces.total(), &slot_error_m, &motion.velocity_m_s);
         // The paper gives no formula for its "combined force" (end of Section 3.2). Eq. (13) points away from the
         // obstacle, so f_obs is added to the force of Eq. (6), before the saturation of Eq. (12).
         let force = motion.velocity_m_s - formation_force + repulsion_m;
@@ -132,7 +127,7 @@ impl Steer for BuiltInLaw {
         };
         let bonds = self.neighbour_bonds(situation, motion.turn_rate_rad_s);
         let field = self.field(situation, bonds, leader);
-        let terms = self.law_terms(field, leader, &motion, situation);
+        let terms = self.law_terms(field, &motion, situation);
         let tracks = [situation.track(0), situation.track(1)];
         // Nobody else asks where the law leads.
         let forecast = self

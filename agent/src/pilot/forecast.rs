@@ -81,9 +81,10 @@ impl LawForecast {
             slot,
             slot_gain: self.field.slot_gain,
         };
-        let formation = self.gains.limited(potential_forces(&field, &own.position).total(), speed_m_s);
-        turned(self.slot_motion.velocity_m_s, turn_rate_rad_s * after_s) - formation
-            + repulsion_of(obstacles, self.gains.obstacle_m, &own.position, after_s)
+        let slot_velocity_m_s = turned(self.slot_motion.velocity_m_s, turn_rate_rad_s * after_s);
+        let force = potential_forces(&field, &own.position).total();
+        let formation = self.gains.limited(force, &(own.position - slot), &slot_velocity_m_s);
+        slot_velocity_m_s - formation + repulsion_of(obstacles, self.gains.obstacle_m, &own.position, after_s)
     }
 }
 

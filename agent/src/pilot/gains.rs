@@ -2,7 +2,7 @@
 //!
 //! Never keeps state: the same distance and the same age give the same gain.
 
-use super::track::PeerTrack;
+use super::{force_limit::ForceLimit, track::PeerTrack};
 use nalgebra::Vector2;
 use ringwing_flight::Tick;
 use ringwing_scenario::Scenario;
@@ -22,8 +22,8 @@ pub(super) struct Gains {
     trust_time_s: Option<f64>,
     /// Distance from the slot over which G decays; `None` if it does not.
     reach_m: Option<f64>,
-    /// Whether the formation's force is capped at the leader's speed.
-    is_force_limited: bool,
+    /// `None` if the formation's force is not limited.
+    force_limit: Option<ForceLimit>,
     period_s: f64,
 }
 
@@ -38,7 +38,7 @@ impl Gains {
             heading_rad_per_m: control.heading_gain_rad_per_m,
             trust_time_s: control.trust_fades.then_some(control.trust_time_s),
             reach_m: control.gain_fades.then_some(reach_m),
-            is_force_limited: control.force_limited,
+            force_limit: control.force_limited.then(|| ForceLimit::new(scenario)),
             period_s: scenario.period_s(),
         }
     }
@@ -60,12 +60,13 @@ impl Gains {
         self.trust_time_s.map_or(1.0, |time_s| libm::exp(-age_s / time_s))
     }
 
-    /// The formation's force, capped at the leader's speed if it is limited.
-    ///
-    /// Without the cap, a UAV far ahead of its slot turns round. With it, the UAV flies slowly until the formation has
-    /// caught up, and reaches its slot sooner.
-    pub(super) fn limited(&self, force: Vector2<f64>, leader_speed_m_s: f64) -> Vector2<f64> {
-        // The speed was received from outside. A negative cap would reverse the force.
-        if self.is_force_limited { force.cap_magnitude(leader_speed_m_s.abs()) } else { force }
+    /// The formation's force on a UAV that is `slot_error_m` from its slot, cut if it is limited.
+    pub(super) fn limited(
+        &self,
+        force: Vector2<f64>,
+        slot_error_m: &Vector2<f64>,
+        slot_velocity_m_s: &Vector2<f64>,
+    ) -> Vector2<f64> {
+        self.force_limit.map_or(force, |limit| limit.cut(force, slot_error_m, slot_velocity_m_s))
     }
 }

@@ -7,6 +7,7 @@
 //! Never knows processes, services or clocks: the same inputs give the same outputs, to the bit.
 
 mod built_in;
+mod force_limit;
 mod forecast;
 mod gains;
 mod leader_estimate;

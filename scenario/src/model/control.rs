@@ -23,7 +23,8 @@ pub struct ControlSection {
     pub gain_fades: bool,
     /// Slot error at which that gain has faded to 37 %, in multiples of L.
     pub gain_reach_spacings: f64,
-    /// Limit the formation force to the leader's speed, so that a UAV ahead of its slot waits instead of turning back.
+    /// Limit the formation force so that a UAV heads for where it meets its slot, and waits for its slot where that is
+    /// sooner than flying back to it.
     pub force_limited: bool,
     /// Fly the velocity and turn rate of the slot, as the leader's turn makes them, instead of the leader's. On a straight
     /// path the two are the same.

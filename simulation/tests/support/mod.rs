@@ -238,3 +238,14 @@ pub(crate) fn fly_to_end(scenario: &Scenario, mut see: impl FnMut(&Simulation)) 
     measurement.observe(&simulation);
     (simulation, measurement)
 }
+
+/// The largest distance of a UAV from its slot in the whole ring around the leader, of those that have lost their agents too.
+pub(crate) fn slot_error_max_m(simulation: &Simulation) -> f64 {
+    let (scenario, leader) = (simulation.scenario(), Point2::from(simulation.leader().position_m));
+    let ring = scenario.whole_ring();
+    let error_m = |uav: UavId| {
+        let place = simulation.sky().airframes()[uav.index()].pose().position;
+        (place - leader - ring.slot(uav.0).offset()).norm()
+    };
+    UavId::all(scenario.formation.uavs).map(error_m).fold(0.0, f64::max)
+}
