@@ -1,6 +1,8 @@
 //! What the resilient law is for: losses, returns, and links at their worst, within bounds on time and distance.
 
-use crate::support::{Flight, Recovery, at_rest, fly_to_end, obstacles_of_the_paper, scenario, with_faults};
+use crate::support::{
+    Flight, Recovery, at_rest, closest_pair_m, fly_to_end, obstacles_of_the_paper, scenario, with_faults,
+};
 use ringwing_scenario::Scenario;
 use std::thread;
 
@@ -214,6 +216,22 @@ fn lost_repeated_late_and_interrupted_messages_move_nobody() {
     // Outages have no longest length. Around tick 4533 of seed 8, both neighbours of UAV 1 and those beyond them have
     // heard nothing of it for longer than the loss timeout. Then the others are right to close the ring.
     assert_eq!(cut_off, [8]);
+}
+
+#[test]
+fn ring_neighbours_that_cross_far_from_their_slots_do_not_collide() {
+    // In a ring of three, each pair are neighbours.
+    for seed in 700_001..=700_100 {
+        let seed = format!("seed={seed}");
+        let settings = ["uavs=3", "rate_hz=50", seed.as_str(), "collision_filter=false"];
+        let mut scenario = scenario("resilient", &settings);
+        scenario.time.duration_s = 30.0;
+        let mut closest_m = f64::INFINITY;
+        let (_, last) =
+            fly_to_end(&scenario, |simulation| closest_m = closest_m.min(closest_pair_m(simulation)));
+        assert!(closest_m > 2.0, "{seed}: {closest_m} m");
+        assert!(last.moment().slot_error_max_m.expect("a formation") < 1.0, "{seed}");
+    }
 }
 
 /// How many of 200 swarms from drawn starts are not in formation after 60 s.

@@ -1,6 +1,8 @@
 //! What the collision filter is for: nobody comes too near to anybody, whatever they start from, fly into, or sense.
 
-use crate::support::{Flight, at_rest, preset, scenario, slot_error_max_m, with_faults};
+use crate::support::{
+    Flight, at_rest, closest_pair_m, places, preset, scenario, slot_error_max_m, with_faults,
+};
 use nalgebra::Point2;
 use ringwing_flight::{AircraftId, Avoided, Route, UavId, direction, draw::Draws};
 use ringwing_scenario::{IntruderSection, ObstacleSection, Scenario};
@@ -39,7 +41,7 @@ fn closest_of(scenario: &Scenario) -> Closest {
     loop {
         let is_over = !simulation.step();
         let places = places(&simulation);
-        closest.pair_m = closest.pair_m.min(closest_pair_m(&places));
+        closest.pair_m = closest.pair_m.min(closest_pair_m(&simulation));
         closest.clearance_m = closest.clearance_m.min(clearance_m(&obstacles, &places));
         // After the step, the sky is that of the next tick.
         let time_s = simulation.sky().now().seconds(scenario.time.rate_hz);
@@ -52,15 +54,6 @@ fn closest_of(scenario: &Scenario) -> Closest {
             (false, false) => closest.settled_s = simulation.now().0 as f64 * scenario.period_s(),
         }
     }
-}
-
-fn places(simulation: &Simulation) -> Vec<Point2<f64>> {
-    simulation.sky().airframes().iter().filter(|one| one.is_flying()).map(|one| one.pose().position).collect()
-}
-
-fn closest_pair_m(places: &[Point2<f64>]) -> f64 {
-    let pairs = places.iter().enumerate().flat_map(|(at, one)| places[..at].iter().map(move |two| one - two));
-    pairs.map(|apart| apart.norm()).fold(f64::INFINITY, f64::min)
 }
 
 fn intruder_m(intruders: &[Route], time_s: f64, places: &[Point2<f64>]) -> f64 {

@@ -78,7 +78,8 @@ impl BuiltInLaw {
         // One G for neighbours and centre, as in Eq. (3). The slot's term keeps its full gain, so that it decides
         // where G has faded.
         let gain = self.gains.formation(&(situation.own.position - slot));
-        let [previous, next] = trusted.map(|bond| bond.map(|bond| Bond { gain: gain * bond.gain, ..bond }));
+        let [previous, next] =
+            trusted.map(|bond| Some(self.gains.bond(gain, bond?, &situation.own.position)));
         Field {
             previous,
             next,
@@ -132,7 +133,10 @@ impl Steer for BuiltInLaw {
         // Nobody else asks where the law leads.
         let forecast = self
             .has_filter
-            .then(|| LawForecast::new(&self.gains, &terms.field, tracks, leader, situation.frame, motion))
+            .then(|| {
+                let frame = situation.frame;
+                LawForecast::new(&self.gains, &terms.field, bonds, tracks, leader, frame, motion)
+            })
             .map(Forecast::Law);
         Some(Steered { control: terms.control, account: account(&terms, situation), forecast })
     }

@@ -15,8 +15,8 @@ use ringwing_flight::{FormationFrame, Pose, SensedObstacle, chord, direction, tu
 pub(crate) struct LawForecast {
     gains: Gains,
     field: Field,
-    /// The share of the formation's gain that each neighbour's data are trusted with.
-    trust: [f64; 2],
+    /// The ring neighbours. The gain of each is the share of G that its data are trusted with.
+    trusted: [Option<Bond>; 2],
     neighbour_velocities: [Vector2<f64>; 2],
     leader: EstimatedLeader,
     frame: FormationFrame,
@@ -24,10 +24,11 @@ pub(crate) struct LawForecast {
 }
 
 impl LawForecast {
-    /// The law in `field`, with the neighbours on their `tracks` and the slot moving as `slot_motion` says.
+    /// The law in `field`, with the `trusted` neighbours on their `tracks` and the slot moving as `slot_motion` says.
     pub(super) fn new(
         gains: &Gains,
         field: &Field,
+        trusted: [Option<Bond>; 2],
         tracks: [Option<&PeerTrack>; 2],
         leader: &EstimatedLeader,
         frame: FormationFrame,
@@ -36,16 +37,10 @@ impl LawForecast {
         let velocity = |track: Option<&PeerTrack>| {
             track.map_or_else(Vector2::zeros, |track| direction(track.pose.heading_rad) * track.speed_m_s)
         };
-        // The gain of a bond is G times the trust. G changes with the distance from the slot, so keep the trust alone.
-        // Hundreds of metres from the slot a fading G rounds to zero, and says nothing of the trust. Without this, the course
-        // would be NaN, and a course that is not a number conflicts with nothing.
-        let trust = |bond: Option<Bond>| {
-            bond.filter(|_| field.centre.gain > 0.0).map_or(0.0, |bond| bond.gain / field.centre.gain)
-        };
         Self {
             gains: gains.clone(),
             field: *field,
-            trust: [trust(field.previous), trust(field.next)],
+            trusted,
             neighbour_velocities: tracks.map(velocity),
             leader: *leader,
             frame,
@@ -69,14 +64,14 @@ impl LawForecast {
         let moved = leader.position - here.position;
         let slot = self.field.slot + moved + (turned(offset, turn_rad) - offset);
         let gain = self.gains.formation(&(own.position - slot));
-        let bond = |bond: Option<Bond>, place: usize| {
-            let bond = bond?;
-            let point = bond.point + chord(self.neighbour_velocities[place], self.turn_rate_rad_s(), after_s);
-            Some(Bond { point, gain: gain * self.trust[place], ..bond })
+        let bond = |place: usize| {
+            let now = self.trusted[place]?;
+            let point = now.point + chord(self.neighbour_velocities[place], self.turn_rate_rad_s(), after_s);
+            Some(self.gains.bond(gain, Bond { point, ..now }, &own.position))
         };
         let field = Field {
-            previous: bond(self.field.previous, 0),
-            next: bond(self.field.next, 1),
+            previous: bond(0),
+            next: bond(1),
             centre: Bond { point: leader.position, gain, ..self.field.centre },
             slot,
             slot_gain: self.field.slot_gain,
@@ -110,7 +105,8 @@ mod tests {
         let leader = EstimatedLeader { track, pose: own, frame_rad: 0.0 };
         let slot_motion = SlotMotion::straight(&leader);
         let tracks = [Some(&track); 2];
-        let forecast = LawForecast::new(&gains, &field, tracks, &leader, FormationFrame::Fixed, slot_motion);
+        let frame = FormationFrame::Fixed;
+        let forecast = LawForecast::new(&gains, &field, [Some(bond); 2], tracks, &leader, frame, slot_motion);
         let force = forecast.force(&own, 1.0, &[]);
         assert!(force.iter().all(|component| component.is_finite()), "{force}");
     }

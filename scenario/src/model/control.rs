@@ -19,7 +19,7 @@ pub struct ControlSection {
     /// Age at which that gain has faded to 37 %.
     pub trust_time_s: f64,
     /// Scale the gain G by `exp(-(slot error / (gain_reach_spacings L))^2)`, so that a UAV far from its slot is not
-    /// pushed around by its neighbours.
+    /// pushed around by its neighbours. One that comes very near still repels it with the whole of G.
     pub gain_fades: bool,
     /// Slot error at which that gain has faded to 37 %, in multiples of L.
     pub gain_reach_spacings: f64,

@@ -239,6 +239,18 @@ pub(crate) fn fly_to_end(scenario: &Scenario, mut see: impl FnMut(&Simulation)) 
     (simulation, measurement)
 }
 
+/// Where the UAVs are that have not left the sky.
+pub(crate) fn places(simulation: &Simulation) -> Vec<Point2<f64>> {
+    simulation.sky().airframes().iter().filter(|one| one.is_flying()).map(|one| one.pose().position).collect()
+}
+
+/// The distance of the closest two UAVs in the sky.
+pub(crate) fn closest_pair_m(simulation: &Simulation) -> f64 {
+    let places = places(simulation);
+    let pairs = places.iter().enumerate().flat_map(|(at, one)| places[..at].iter().map(move |two| one - two));
+    pairs.map(|apart| apart.norm()).fold(f64::INFINITY, f64::min)
+}
+
 /// The largest distance of a UAV from its slot in the whole ring around the leader, of those that have lost their agents too.
 pub(crate) fn slot_error_max_m(simulation: &Simulation) -> f64 {
     let (scenario, leader) = (simulation.scenario(), Point2::from(simulation.leader().position_m));
