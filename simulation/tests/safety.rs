@@ -99,6 +99,26 @@ fn field(circles: u32, seed: u64) -> Scenario {
     drawn(6, seed, 150.0, &[&format!("circles={circles}")])
 }
 
+/// Six UAVs in their slots, and an obstacle whose centre is exactly on the line that one of them flies. `number` tells which
+/// UAV that is, and how large and how far ahead the obstacle is.
+fn blocked(number: u32, settings: &[&str]) -> Scenario {
+    let mut scenario = at_rest(scenario("resilient", settings));
+    scenario.time.duration_s = 20.0;
+    let start = &scenario.start.uavs[number as usize % 6];
+    let size = f64::from(number / 6) / 50.0;
+    // Beyond all starts.
+    let ahead_m = 120.0 + 60.0 * (0.382 * f64::from(number)).fract();
+    let place = Point2::from(start.position_m) + direction(start.heading_deg.to_radians()) * ahead_m;
+    let radius_m = 5.0 + 15.0 * size;
+    scenario.obstacles = vec![ObstacleSection {
+        position_m: place.into(),
+        radius_m,
+        braking_distance_m: radius_m + 20.0,
+        ..preset("paper-4.2", &[]).obstacles[0].clone()
+    }];
+    scenario
+}
+
 /// `count` intruders that cross the formation at random, each on a straight line through where some UAV's slot may be.
 fn crossed(count: u32, cooperative: bool, seed: u64) -> Scenario {
     let scenario = drawn(6, seed, 100.0, &["radar_noise_m=0.5"]);
@@ -173,6 +193,17 @@ fn a_field_of_obstacles_is_crossed_without_a_hit() {
     };
     let hits = fly_all(400_001..=400_008, unfiltered);
     assert!(hits.iter().any(|flight| flight.clearance_m <= 0.0), "else the fields are empty");
+}
+
+#[test]
+fn an_obstacle_exactly_on_the_line_of_a_uav_is_not_hit() {
+    let hits = |filter: &str| {
+        let flights = fly_all(0..=299, |number| blocked(number as u32, &[filter, "rate_hz=50"]));
+        flights.iter().filter(|flight| flight.clearance_m <= 0.0).count()
+    };
+    assert_eq!(hits("collision_filter=true"), 0);
+    // Eq. (13) alone pushes such a UAV back, and not to a side.
+    assert!(hits("collision_filter=false") > 50, "else they are not in the way");
 }
 
 #[test]
