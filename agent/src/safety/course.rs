@@ -29,6 +29,16 @@ impl Course {
         course
     }
 
+    /// The place at the first moment.
+    pub(super) fn first(&self) -> [f32; 2] {
+        [self.x_m[0], self.y_m[0]]
+    }
+
+    /// The place at the end of the horizon.
+    pub(super) fn last(&self) -> [f32; 2] {
+        [self.x_m[SAMPLES - 1], self.y_m[SAMPLES - 1]]
+    }
+
     /// What a UAV flies at a speed of 1 m/s that would turn by `turn_rad` at `turn_rate_rad_s` of the faster one, and fly
     /// straight on. At another speed, the course is longer by that factor.
     pub(super) fn after_turn(turn_rad: f64, turn_rate_rad_s: f64, horizon_s: f64) -> Self {

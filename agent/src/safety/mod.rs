@@ -7,11 +7,13 @@
 //! Never changes a wish whose way is clear, and never knows the formation.
 
 mod course;
+mod passing;
 mod threat;
 
 use crate::law::{ControlInput, saturate};
 use course::Course;
 use nalgebra::{Point2, Vector2};
+use passing::Passing;
 use ringwing_flight::{Avoided, Pose, SensedObstacle, Tick, Traffic, UavId, wrap};
 use ringwing_scenario::Scenario;
 use threat::{Threat, Viewpoint, are_clear, first_conflict};
@@ -170,29 +172,32 @@ impl CollisionFilter {
             return None;
         }
         let speed = |along_m_s: f64| saturate(along_m_s, self.speed_min_m_s, self.speed_max_m_s);
-        let (course, heading_rad) =
+        let (wished, heading_rad) =
             Course::under_law(own, self.turn_rate_max_rad_s, self.horizon_s, wish.speed_m_s, force, speed);
         // A wish whose way is clear ends an escape that was flown so far.
-        let conflict = first_conflict(&self.threats, &course, wish.speed_m_s as f32)?;
+        let conflict = first_conflict(&self.threats, &wished, wish.speed_m_s as f32)?;
         let turn_rad = wrap(heading_rad - own.heading_rad);
         // An escape holds one heading. So the wish competes as a turn to where the law heads half way.
         let course = Course::after_turn(turn_rad, self.turn_rate_max_rad_s, self.horizon_s);
-        let Threat { what, place, .. } = self.threats[conflict.threat];
+        let threat = self.threats[conflict.threat];
+        let speed_range_m_s = self.speed_max_m_s - self.speed_min_m_s;
+        let passing = Passing::of(self.uav, &threat, &wished, wish.speed_m_s, speed_range_m_s);
         let since = self.escape.map_or(now, |escape| escape.since);
         let acted_s = now.since(since) as f64 * self.period_s;
         let speed_cost = 1.0 + acted_s / PATIENCE_S;
-        let mut choice = self.choose(own, wish, turn_rad, &course, speed_cost);
+        let wish = Wished { control: wish, turn_rad, course: &course, passing, speed_cost };
+        let mut choice = self.choose(own, &wish);
         if choice.cost >= CONFLICT_COST && !obstacles.is_empty() {
             // A narrow gap is better than none.
             self.find_threats(now, &view, obstacles, LEAST_CLEARANCE_M);
-            choice = self.choose(own, wish, turn_rad, &course, speed_cost);
+            choice = self.choose(own, &wish);
         }
         let heading_rad = wrap(own.heading_rad + choice.turn_rad);
         Some(Escape {
             heading_rad,
             speed_m_s: choice.speed_m_s,
-            avoided: what,
-            avoided_at: place,
+            avoided: threat.what,
+            avoided_at: threat.place,
             turn_rad: wrap(choice.turn_rad - turn_rad),
             since,
         })
@@ -212,26 +217,16 @@ impl CollisionFilter {
     }
 
     /// The cheapest way: clear, and little off the wish.
-    fn choose(
-        &self,
-        own: &Pose,
-        wish: ControlInput,
-        wish_turn_rad: f64,
-        wish_course: &Course,
-        speed_cost: f64,
-    ) -> Choice {
-        let speeds = [wish.speed_m_s, self.speed_min_m_s, self.speed_max_m_s, self.leader_speed_m_s];
+    fn choose(&self, own: &Pose, wish: &Wished<'_>) -> Choice {
+        let speeds = [wish.control.speed_m_s, self.speed_min_m_s, self.speed_max_m_s, self.leader_speed_m_s];
         let mut best = Choice { turn_rad: 0.0, speed_m_s: self.speed_min_m_s, cost: f64::INFINITY };
-        let wished = (wish_turn_rad, wish_course);
         let turns = self.turns.iter().map(|(turn_rad, course)| (*turn_rad, course));
         // The wish comes first, so that it wins among equals. If it is clear, the others are only asked whether they
         // are.
-        for (turn_rad, course) in std::iter::once(wished).chain(turns) {
-            let turn_cost = self.turn_cost(own, turn_rad, wish_turn_rad);
+        for (turn_rad, course) in std::iter::once((wish.turn_rad, wish.course)).chain(turns) {
+            let turn_cost = self.turn_cost(own, turn_rad, wish.turn_rad);
             for speed_m_s in speeds {
-                let departure =
-                    (speed_m_s - wish.speed_m_s).abs() / (self.speed_max_m_s - self.speed_min_m_s);
-                let cost = turn_cost + speed_cost * departure;
+                let cost = turn_cost + self.speed_cost(course, speed_m_s, wish);
                 // Looking for conflicts is the expensive part, so do it only for a way that could still be the best.
                 if cost < best.cost {
                     let cost = cost + self.conflict_cost(course, speed_m_s, best.cost);
@@ -242,6 +237,13 @@ impl CollisionFilter {
             }
         }
         best
+    }
+
+    fn speed_cost(&self, course: &Course, speed_m_s: f64, wish: &Wished<'_>) -> f64 {
+        let departure =
+            (speed_m_s - wish.control.speed_m_s).abs() / (self.speed_max_m_s - self.speed_min_m_s);
+        let passing_cost = wish.passing.map_or(0.0, |passing| passing.cost(course, speed_m_s));
+        wish.speed_cost * departure + passing_cost
     }
 
     fn turn_cost(&self, own: &Pose, turn_rad: f64, wish_turn_rad: f64) -> f64 {
@@ -263,6 +265,18 @@ impl CollisionFilter {
             CONFLICT_COST + SOONER_COST_PER_S * left * self.horizon_s + f64::from(conflict.depth_m)
         })
     }
+}
+
+/// What the law wishes, where that is not clear.
+struct Wished<'a> {
+    control: ControlInput,
+    /// The turn to where the law heads half way, and the course that this turn leads to.
+    turn_rad: f64,
+    course: &'a Course,
+    /// `None` if what is in the way does not avoid this UAV.
+    passing: Option<Passing>,
+    /// Cost of another speed, for the whole range of speeds.
+    speed_cost: f64,
 }
 
 /// A way to fly, and what it costs.

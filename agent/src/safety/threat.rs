@@ -4,7 +4,7 @@
 
 use super::course::{Course, SAMPLES};
 use nalgebra::{Point2, Rotation2, Vector2};
-use ringwing_flight::{Avoided, Pose, SensedAircraft, SensedObstacle};
+use ringwing_flight::{Aircraft, Avoided, Pose, SensedAircraft, SensedObstacle, UavId};
 
 /// Distance by which an obstacle may come nearer although it is nearer than asked. With none, rounding would close every
 /// course.
@@ -13,7 +13,7 @@ const GIVEN_UP_M: f64 = 0.05;
 /// Something to keep clear of.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Threat {
-    course: Course,
+    pub(super) course: Course,
     /// Speed of an obstacle.
     own_m_s: f32,
     keep_m: f32,
@@ -23,6 +23,8 @@ pub(super) struct Threat {
     /// No sample must be farther away than this, squared: it is nearer now.
     here_m2: f32,
     pub(super) what: Avoided,
+    /// The UAV, if it flies on command and so avoids this one in turn.
+    pub(super) avoids_too: Option<UavId>,
     /// Where it is now, in the local frame.
     pub(super) place: Point2<f64>,
 }
@@ -83,6 +85,7 @@ impl Viewpoint {
             between_m2: 0.0,
             here_m2: keep_m * keep_m,
             what: Avoided::aircraft(sensed.who),
+            avoids_too: of_swarm(sensed),
             place,
         }
     }
@@ -103,6 +106,7 @@ impl Viewpoint {
             between_m2: (half_way_m * half_way_m) as f32,
             here_m2: (here_m * here_m) as f32,
             what: Avoided::OBSTACLE,
+            avoids_too: None,
             place,
         }
     }
@@ -124,6 +128,14 @@ impl Threat {
             *squared_m2 = x * x + y * y;
         }
         squared_m2
+    }
+}
+
+/// The UAV, if the aircraft is one that flies on command.
+fn of_swarm(sensed: &SensedAircraft) -> Option<UavId> {
+    match sensed.who.who() {
+        Aircraft::Uav(uav) if sensed.is_answering != 0 => Some(uav),
+        _ => None,
     }
 }
 

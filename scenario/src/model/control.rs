@@ -105,7 +105,8 @@ impl Law {
             force_limited: on,
             turn_feed_forward: on,
             ring_closes: on,
-            // Off under both laws: in a few flights two UAVs that avoid each other keep each other from their slots.
+            // Off under both laws: after some losses a ring closes later with it, because the others go round the circle of
+            // the UAV that was lost.
             collision_filter: false,
         }
     }
