@@ -12,6 +12,7 @@ mod doctor;
 mod fault_command;
 mod fault_picture;
 mod help;
+mod hunt;
 mod launcher;
 mod live_run;
 mod log_room;
@@ -82,6 +83,8 @@ enum Verb {
     Sweep(Box<sweep::SweepArgs>),
     /// Measure how much of something a swarm stands, such as a delay, and compare it with theory
     Margin(Box<margin::MarginArgs>),
+    /// Find the worst that a bounded number of faults can do to a flight
+    Hunt(Box<hunt::HuntArgs>),
     /// Make a flight that violates a requirement small
     Shrink(shrink::ShrinkArgs),
     /// Show a log in Foxglove as if the flight went on now
@@ -213,6 +216,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Compare(args) => ("", compare::run(&args)),
         Verb::Bench(args) => ("", bench::run(&args)),
         Verb::Sweep(args) => ("", sweep::run(&args)),
+        Verb::Hunt(args) => ("", hunt::run(&args)),
         Verb::Shrink(args) => ("", shrink::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),

@@ -3,11 +3,11 @@
 //! Never flies anything itself; `ringwing_study::shrink` does.
 
 use crate::{
-    config,
+    FAILED, config,
     output::{self, tell},
     verify,
 };
-use ringwing_bus::write_whole;
+use ringwing_bus::{StopFlag, write_whole};
 use ringwing_flight::counted;
 use ringwing_recorder::log::reader::Reader;
 use ringwing_scenario::{Fault, Scenario, Setting, Source};
@@ -41,14 +41,19 @@ pub(crate) struct ShrinkArgs {
 
 /// Shrinks and prints the small scenario.
 pub(crate) fn run(args: &ShrinkArgs) -> anyhow::Result<ExitCode> {
+    let stop = StopFlag::on_signals()?;
     let original = original(args)?;
-    let shrunk = shrink(&original, args.requirement.as_deref(), show)?;
+    let shrunk = shrink(&original, args.requirement.as_deref(), || stop.is_set(), show)?;
     let text = shrunk.to_text(&args.scenario, &original);
     output::print(&text);
     if let Some(path) = &args.out {
         write_whole(path, text.as_bytes())
             .map_err(|error| anyhow::anyhow!("file {}: cannot be written: {error}", path.display()))?;
         tell(&format!("\n# fly it:  ringwing run {}", quoted(&path.display().to_string())));
+    }
+    if shrunk.smallest.is_stopped {
+        output::warning(&"interrupted: this is the smallest scenario so far, and there may be a smaller one");
+        return Ok(ExitCode::from(FAILED));
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -66,7 +71,8 @@ fn original(args: &ShrinkArgs) -> anyhow::Result<Scenario> {
     Ok(Scenario::read(&source, &args.settings)?.with_faults(&args.faults)?)
 }
 
-fn show(Progress { smallest, flights }: Progress<'_>) {
+/// Shows the smallest scenario so far.
+pub(crate) fn show(Progress { smallest, flights }: Progress<'_>) {
     output::note(&format!(
         "{}: {}, {}, {} s",
         counted(flights, "flight"),

@@ -68,6 +68,8 @@ const ROOMS: [Room; 14] = [
         folder: "study",
         uses: &["drawing", "flight", "recorder", "scenario", "simulation"],
         with_io: &[
+            "files.rs",
+            "hunt/flights.rs",
             "margin/flights.rs",
             "recorded.rs",
             "sweep/check.rs",

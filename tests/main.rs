@@ -18,6 +18,7 @@ mod dependencies;
 mod determinism;
 mod endings;
 mod faults;
+mod hunt;
 mod live;
 mod logs;
 mod losses;

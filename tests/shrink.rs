@@ -1,10 +1,12 @@
 //! `ringwing shrink`: the small scenario is written, flies, and violates what the large one violated.
 
-use crate::harness::ringwing;
+use crate::harness::{ringwing, send};
+use rustix::process::Signal;
 use std::{
     fs,
+    io::{BufRead, BufReader},
     path::{Path, PathBuf},
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
 };
 
 /// Violates `faults_act` because nothing thaws a UAV that flies; the other faults have no part in that.
@@ -69,4 +71,23 @@ fn a_flight_that_passes_is_refused_and_nothing_is_written() {
     assert_eq!(refused.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("passes, so there is nothing to shrink"));
     assert!(!out.exists());
+}
+
+#[test]
+fn an_interrupted_search_writes_the_smallest_scenario_so_far() {
+    let folder = tempfile::tempdir().unwrap();
+    let small = folder.path().join("small.toml");
+    // Many faults of a long flight: the search takes much longer than the signal.
+    let mut command = ringwing();
+    command.args(["shrink", "storm", "--set", "control.law=paper", "--set", "seed=1", "--out"]).arg(&small);
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stderr.take().unwrap()).read_line(&mut line).unwrap();
+    assert!(line.contains("flight"), "{line}");
+    send(child.id(), Signal::INT);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let text = fs::read_to_string(&small).unwrap();
+    assert!(text.contains("; the search was interrupted.\n"), "{text}");
+    assert!(String::from_utf8_lossy(&output.stdout).starts_with(&text));
 }

@@ -7,9 +7,10 @@ use crate::{WrongUsage, output::tell};
 use anyhow::Context;
 use ringwing_study::{
     Figure,
+    files::{CsvLines, ResultsError, replace},
     sweep::{
-        Cell, Columns, Definition, Manifest, ResultsError, Shard, Spread, draw_maps, flights_file, page,
-        read_cells, replace, write_parquet,
+        Cell, Columns, Definition, Manifest, Shard, Spread, draw_maps, flights_file, page, read_cells,
+        write_parquet,
     },
 };
 use serde_json::json;
@@ -22,7 +23,7 @@ const FIGURES: [&str; 4] = ["slot_error_max_m", "settling_s", "recovery_max_s", 
 const PRINTED: usize = 40;
 
 /// Identifies this program to the bit.
-pub(super) fn build() -> anyhow::Result<String> {
+pub(crate) fn build() -> anyhow::Result<String> {
     let path = env::current_exe().context("the path of this program is unknown")?;
     let bytes = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
     Ok(format!("{:016x}", xxh3_64(&bytes)))
@@ -189,7 +190,7 @@ fn write_cells(
         header.extend([format!("{}_median", figure.name), format!("{}_bad", figure.name)]);
     }
     replace(path, |file| {
-        let mut csv = ringwing_study::sweep::CsvLines::new(file);
+        let mut csv = CsvLines::new(file);
         csv.write(&header)?;
         for cell in cells {
             let share = cell.success();

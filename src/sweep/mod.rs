@@ -12,14 +12,16 @@ mod progress;
 
 use crate::{FAILED, WrongUsage, config, output, output::tell};
 pub(crate) use definition::SweepArgs;
+pub(crate) use files::build;
 use progress::Progress;
 use ringwing_bus::StopFlag;
 use ringwing_scenario::Scenario;
 use ringwing_study::{
+    files::ResultsError,
     fly,
     sweep::{
-        Columns, Crew, Definition, FlightId, Ledger, Manifest, ResultsError, Row, RowFile, Shard, Tally,
-        check, flight_of, flights_file, run as fly_all,
+        Columns, Crew, Definition, FlightId, Ledger, Manifest, Row, RowFile, Shard, Tally, check, flight_of,
+        flights_file, run as fly_all,
     },
 };
 use std::{fs, path::Path, process::ExitCode};

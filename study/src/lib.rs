@@ -6,7 +6,9 @@
 //! Never changes a flight: a flight depends only on its scenario, so the order and the number of flights decide nothing.
 
 pub mod figure;
+pub mod files;
 pub mod flight;
+pub mod hunt;
 pub mod margin;
 pub mod recorded;
 pub mod shell;

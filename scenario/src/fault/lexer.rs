@@ -1,11 +1,12 @@
-//! Splits a fault's sentence into words and reads them one by one, with an error that says what was expected.
+//! Splits a sentence into words and reads them one by one, with an error that says what was expected.
 //!
-//! Never knows the grammar: which words may follow which is [`grammar`](super::grammar)'s business.
+//! Never knows a grammar: which words may follow which is the business of its callers, such as
+//! [`grammar`](super::grammar) for faults.
 
 use crate::spelling;
 use std::ops::RangeInclusive;
 
-/// Why a fault's sentence cannot be parsed: the first wrong word, and what was expected there.
+/// Why a sentence cannot be parsed: the first wrong word, and what was expected there.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}{message}")]
 pub struct FaultSyntaxError {
@@ -14,7 +15,7 @@ pub struct FaultSyntaxError {
 }
 
 /// What the lexer's readers return.
-pub(super) type Parsed<T> = Result<T, FaultSyntaxError>;
+pub type Parsed<T> = Result<T, FaultSyntaxError>;
 
 /// Longest time in a sentence: a flight lasts at most a day, so a longer time is a mistake.
 pub(super) const TIME_MAX_S: f64 = 24.0 * 3600.0;
@@ -30,7 +31,7 @@ const PLACES_MAX: u32 = 10_000;
 const TIME_UNITS: [(&str, f64); 2] = [("s", 1.0), ("ms", 1000.0)];
 
 /// The words of a sentence and the position in it.
-pub(super) struct Lexer<'t> {
+pub struct Lexer<'t> {
     words: Vec<&'t str>,
     next: usize,
     /// The words that the grammar has looked for at the end of the sentence.
@@ -38,22 +39,23 @@ pub(super) struct Lexer<'t> {
 }
 
 impl<'t> Lexer<'t> {
-    pub(super) fn new(text: &'t str) -> Self {
+    /// The words of `text`, before the first one.
+    pub fn new(text: &'t str) -> Self {
         Self { words: split(text), next: 0, continuations: Vec::new() }
     }
 
     /// The next word, which stays the next.
-    pub(super) fn peek(&self) -> Option<&'t str> {
+    pub fn peek(&self) -> Option<&'t str> {
         self.words.get(self.next).copied()
     }
 
     /// Whether the next word begins like a number.
-    pub(super) fn is_at_number(&self) -> bool {
+    pub fn is_at_number(&self) -> bool {
         self.peek().is_some_and(|word| word.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)))
     }
 
     /// Consumes the next word if it is `word`.
-    pub(super) fn take(&mut self, word: &str) -> bool {
+    pub fn take(&mut self, word: &str) -> bool {
         let Some(next) = self.peek() else {
             self.continuations.push(word.to_owned());
             return false;
@@ -69,12 +71,12 @@ impl<'t> Lexer<'t> {
     }
 
     /// Consumes the next word, which must be `word`.
-    pub(super) fn expect(&mut self, word: &str) -> Parsed<()> {
+    pub fn expect(&mut self, word: &str) -> Parsed<()> {
         self.choose(&[word]).map(drop)
     }
 
     /// Consumes the next word, which must be one of `choices`, and returns that choice.
-    pub(super) fn choose<'c>(&mut self, choices: &[&'c str]) -> Parsed<&'c str> {
+    pub fn choose<'c>(&mut self, choices: &[&'c str]) -> Parsed<&'c str> {
         match choices.iter().find(|choice| self.take(choice)) {
             Some(choice) => Ok(choice),
             None => Err(self.expected(&list(choices), choices)),
@@ -82,12 +84,12 @@ impl<'t> Lexer<'t> {
     }
 
     /// Checks that no word is left.
-    pub(super) fn end(&self) -> Parsed<()> {
+    pub fn end(&self) -> Parsed<()> {
         if self.peek().is_none() { Ok(()) } else { Err(self.expected("the end of the sentence", &[])) }
     }
 
     /// The error that the next word is not `what`; suggests the word in `choices` that it resembles.
-    pub(super) fn expected(&self, what: &str, choices: &[&str]) -> FaultSyntaxError {
+    pub fn expected(&self, what: &str, choices: &[&str]) -> FaultSyntaxError {
         // Words are read in either case, but the similarity of two words depends on it.
         let lower = self.peek().map(str::to_lowercase);
         let suggestion =
@@ -109,12 +111,12 @@ impl<'t> Lexer<'t> {
     }
 
     /// A time from 0, `200 ms` or `30 s`, in seconds.
-    pub(super) fn time_s(&mut self) -> Parsed<f64> {
+    pub fn time_s(&mut self) -> Parsed<f64> {
         self.quantity("a time of at most a day, such as 200 ms or 30 s", &TIME_UNITS, 0.0..=TIME_MAX_S)
     }
 
     /// A time above 0, in seconds.
-    pub(super) fn duration_s(&mut self) -> Parsed<f64> {
+    pub fn duration_s(&mut self) -> Parsed<f64> {
         let what = "a time above 0 of at most a day, such as 10 s";
         // A range cannot exclude its lower end, so it begins at the smallest number above 0.
         self.quantity(what, &TIME_UNITS, f64::MIN_POSITIVE..=TIME_MAX_S)
@@ -148,7 +150,7 @@ impl<'t> Lexer<'t> {
     }
 
     /// A probability from 0 to 1, `30 %` or `0.3`.
-    pub(super) fn probability(&mut self) -> Parsed<f64> {
+    pub fn probability(&mut self) -> Parsed<f64> {
         let what = "a probability, such as 30 % or 0.3";
         let start = self.next;
         let number = self.number(what)?;
@@ -194,7 +196,7 @@ impl<'t> Lexer<'t> {
     }
 
     /// A whole number from 1: a UAV's number, or a count.
-    pub(super) fn count(&mut self, what: &str) -> Parsed<u32> {
+    pub fn count(&mut self, what: &str) -> Parsed<u32> {
         self.parse_next(what, |word| word.parse().ok().filter(|count| *count > 0))
     }
 
@@ -220,7 +222,7 @@ impl<'t> Lexer<'t> {
     }
 
     /// `1, 2, 3`: one or more items.
-    pub(super) fn separated<T>(&mut self, mut item: impl FnMut(&mut Self) -> Parsed<T>) -> Parsed<Vec<T>> {
+    pub fn separated<T>(&mut self, mut item: impl FnMut(&mut Self) -> Parsed<T>) -> Parsed<Vec<T>> {
         let mut items = vec![item(self)?];
         while self.take(",") {
             items.push(item(self)?);

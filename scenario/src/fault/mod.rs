@@ -19,7 +19,7 @@ pub mod trace;
 
 pub use grammar::next_words;
 pub use idle::{idle_reason, rounded_delay};
-pub use lexer::FaultSyntaxError;
+pub use lexer::{FaultSyntaxError, Lexer, Parsed};
 pub use link::{BurstChain, Delay, LinkImpairment, Links, Receiver, Sender};
 
 use serde::{Deserialize, Serialize};

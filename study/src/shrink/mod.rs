@@ -1,7 +1,8 @@
 //! Makes a flight that violates a requirement small, so that a reader sees what it takes to violate it.
 //!
-//! `search` tries smaller scenarios and keeps each that shows the same [`Symptom`]; `sentence` makes the numbers of a
-//! fault smaller; `text` writes the result. Nothing is drawn at random, so the same scenario gives the same result.
+//! `search` tries smaller scenarios and keeps each that shows the same [`Symptom`], or whatever else a caller has
+//! [`Kept`]; `sentence` makes the numbers of a fault smaller; `text` writes the result. Nothing is drawn at
+//! random, so the same scenario gives the same result.
 //!
 //! Never changes a requirement, the law or the seed: the small flight has to fail for the same reason.
 
@@ -10,8 +11,9 @@ mod sentence;
 mod symptom;
 mod text;
 
-pub use search::{Progress, Shrunk, shrink};
+pub use search::{Kept, Progress, Shrunk, Smallest, shrink, shrink_keeping};
 pub use symptom::Symptom;
+pub(crate) use text::{brief, size};
 
 use ringwing_simulation::SimulationError;
 

@@ -7,7 +7,7 @@ use super::{
     sentence::{smaller, smaller_faults},
     symptom::Symptom,
 };
-use crate::flight::fly;
+use crate::flight::{Outcome, fly};
 use ringwing_recorder::metrics::Verdict;
 use ringwing_scenario::{Action, Fault, Scenario, fault::ProcessFault};
 use std::collections::HashMap;
@@ -15,12 +15,31 @@ use std::collections::HashMap;
 /// A small scenario that shows the symptom of a larger one.
 #[derive(Debug, Clone)]
 pub struct Shrunk {
-    /// The small scenario.
-    pub scenario: Scenario,
+    /// The small scenario, and how it was found.
+    pub smallest: Smallest,
     /// What both violate.
     pub symptom: Symptom,
+}
+
+/// The smallest scenario that a search has found.
+#[derive(Debug, Clone)]
+pub struct Smallest {
+    /// The scenario.
+    pub scenario: Scenario,
     /// Number of flights that the search took.
     pub flights: usize,
+    /// Whether the search was stopped before its end, so that there may be a smaller one.
+    pub is_stopped: bool,
+}
+
+/// What a smaller flight must have in common with the original.
+pub struct Kept<S, A> {
+    /// Whether a flight still shows what matters.
+    pub shows: S,
+    /// Whether a scenario may be tried at all.
+    pub allows: A,
+    /// Whether one moment of a flight decides that, so that the rest can be cut off.
+    pub is_at_one_moment: bool,
 }
 
 /// How far the search is.
@@ -35,17 +54,35 @@ pub struct Progress<'a> {
 /// The smallest scenario that the search finds from `scenario`, which has been validated.
 ///
 /// `wanted` is the requirement that it must violate; by default one about coming too close, or else the first of the
-/// alphabet. `show` is called whenever the scenario has become smaller.
+/// alphabet. `stops` says whether to end early, with the smallest scenario so far; `show` is called whenever the scenario
+/// has become smaller.
 ///
 /// # Errors
 /// The scenario cannot be simulated, passes, or violates only other requirements.
 pub fn shrink(
     scenario: &Scenario,
     wanted: Option<&str>,
+    stops: impl Fn() -> bool,
     show: impl FnMut(Progress<'_>),
 ) -> Result<Shrunk, ShrinkError> {
     let symptom = symptom(scenario, wanted)?;
-    let mut search = Search::new(scenario, symptom, show);
+    let shows = |outcome: &Outcome| {
+        outcome.verdict == Verdict::Violated
+            && Symptom::all(outcome).iter().any(|shown| symptom.is_shown_by(shown))
+    };
+    let kept = Kept { shows, allows: |_: &_| true, is_at_one_moment: symptom.is_at_one_moment() };
+    let smallest = shrink_keeping(scenario, &kept, stops, show);
+    Ok(Shrunk { smallest, symptom })
+}
+
+/// As [`shrink`], for a scenario whose flight shows what is `kept`.
+pub fn shrink_keeping(
+    scenario: &Scenario,
+    kept: &Kept<impl Fn(&Outcome) -> bool, impl Fn(&Scenario) -> bool>,
+    stops: impl Fn() -> bool,
+    show: impl FnMut(Progress<'_>),
+) -> Smallest {
+    let mut search = Search::new(scenario, kept, stops, show);
     // A step can make another one possible: without a fault, a shorter flight may be enough.
     loop {
         let before = search.smallest.clone();
@@ -58,7 +95,7 @@ pub fn shrink(
             break;
         }
     }
-    Ok(Shrunk { scenario: search.smallest, symptom: search.symptom, flights: search.flown.len() })
+    Smallest { scenario: search.smallest, flights: search.flown.len(), is_stopped: search.is_stopped }
 }
 
 fn symptom(scenario: &Scenario, wanted: Option<&str>) -> Result<Symptom, ShrinkError> {
@@ -77,42 +114,54 @@ fn symptom(scenario: &Scenario, wanted: Option<&str>) -> Result<Symptom, ShrinkE
     })
 }
 
-struct Search<F> {
+struct Search<'k, S, A, H, F> {
     smallest: Scenario,
-    symptom: Symptom,
-    /// Whether only the faults make the original show the symptom. Then this must hold for every smaller one too:
+    kept: &'k Kept<S, A>,
+    /// Whether only the faults make the original show what is kept. Then this must hold for every smaller one too:
     /// a flight that is too short to settle violates most requirements, and says nothing about the faults.
     needs_faults: bool,
     /// Seconds from the last fault to the end of the original.
     quiet_s: f64,
-    /// Whether a scenario shows the symptom, by its text: equal scenarios fly once.
+    /// Whether a scenario shows what is kept, by its text: equal scenarios fly once.
     flown: HashMap<String, bool>,
+    stops: H,
+    is_stopped: bool,
     show: F,
 }
 
-impl<F: FnMut(Progress<'_>)> Search<F> {
-    fn new(scenario: &Scenario, symptom: Symptom, show: F) -> Self {
+impl<'k, S, A, H, F> Search<'k, S, A, H, F>
+where
+    S: Fn(&Outcome) -> bool,
+    A: Fn(&Scenario) -> bool,
+    H: Fn() -> bool,
+    F: FnMut(Progress<'_>),
+{
+    fn new(scenario: &Scenario, kept: &'k Kept<S, A>, stops: H, show: F) -> Self {
         let mut search = Self {
             smallest: scenario.clone(),
-            symptom,
+            kept,
             needs_faults: false,
             quiet_s: quiet_s(scenario),
             // `symptom` has flown the original already.
             flown: HashMap::from([(scenario.to_toml(), true)]),
+            stops,
+            is_stopped: false,
             show,
         };
-        search.needs_faults = !search.has_symptom(&without_faults(scenario));
+        search.needs_faults = !search.is_shown(&without_faults(scenario));
         search
     }
 
-    /// Takes `candidate` as the smallest if it shows the symptom for the same reason.
+    /// Takes `candidate` as the smallest if it shows what is kept for the same reason.
     fn accept(&mut self, candidate: Scenario) -> bool {
+        // A stopped search accepts nothing more, so every step ends soon.
+        self.is_stopped |= (self.stops)();
         // A requirement that is judged over the whole flight must leave the swarm as much time to recover.
-        let is_rushed = !self.symptom.is_at_one_moment() && quiet_s(&candidate) < self.quiet_s;
-        if is_rushed || !self.has_symptom(&candidate) {
+        let is_rushed = !self.kept.is_at_one_moment && quiet_s(&candidate) < self.quiet_s;
+        if self.is_stopped || is_rushed || !(self.kept.allows)(&candidate) || !self.is_shown(&candidate) {
             return false;
         }
-        if self.needs_faults && self.has_symptom(&without_faults(&candidate)) {
+        if self.needs_faults && self.is_shown(&without_faults(&candidate)) {
             return false;
         }
         self.smallest = candidate;
@@ -120,22 +169,15 @@ impl<F: FnMut(Progress<'_>)> Search<F> {
         true
     }
 
-    fn has_symptom(&mut self, scenario: &Scenario) -> bool {
-        let symptom = &self.symptom;
-        let flies = |text: &String| {
-            // Read the text back, so that a candidate that readers would refuse never counts.
-            let outcome = Scenario::resolved(text).ok().and_then(|scenario| fly(&scenario).ok());
-            outcome
-                .filter(|outcome| outcome.verdict == Verdict::Violated)
-                .is_some_and(|outcome| Symptom::all(&outcome).iter().any(|shown| symptom.is_shown_by(shown)))
-        };
+    fn is_shown(&mut self, scenario: &Scenario) -> bool {
         let text = scenario.to_toml();
         if let Some(known) = self.flown.get(&text) {
             return *known;
         }
-        let shows = flies(&text);
-        self.flown.insert(text, shows);
-        shows
+        let outcome = Scenario::resolved(&text).ok().and_then(|scenario| fly(&scenario).ok());
+        let is_shown = outcome.is_some_and(|outcome| (self.kept.shows)(&outcome));
+        self.flown.insert(text, is_shown);
+        is_shown
     }
 
     /// Drops faults: half of them at once, then smaller parts, down to single ones (delta debugging; Zeller and
@@ -244,6 +286,7 @@ fn end_s(fault: &Fault) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::cell::Cell;
 
     /// A short flight that violates `faults_act`, because nothing thaws a UAV that flies.
     fn idle() -> Scenario {
@@ -262,25 +305,39 @@ mod tests {
     #[test]
     fn only_the_fault_that_matters_is_left_and_its_time_is_round() {
         let original = idle();
-        let shrunk = shrink(&original, None, |_| ()).unwrap();
-        let [fault] = &*shrunk.scenario.faults else { panic!("{:?}", shrunk.scenario.faults) };
+        let shrunk = shrink(&original, None, || false, |_| ()).unwrap();
+        let small = shrunk.smallest.scenario;
+        let [fault] = &*small.faults else { panic!("{:?}", small.faults) };
         assert_eq!(fault.action.to_string(), "thaw uav 2");
         assert!(fault.at_s <= 0.02, "{fault}");
-        assert!(shrunk.scenario.formation.uavs < original.formation.uavs);
+        assert!(small.formation.uavs < original.formation.uavs);
         assert_eq!(shrunk.symptom.requirement, "faults_act");
-        let again = fly(&shrunk.scenario).unwrap();
+        let again = fly(&small).unwrap();
         assert_eq!(again.violated().collect::<Vec<_>>(), ["faults_act"]);
     }
 
     #[test]
     fn the_same_scenario_gives_the_same_result_in_as_many_flights() {
-        let [one, other] = [(); 2].map(|()| shrink(&idle(), None, |_| ()).unwrap());
+        let [one, other] = [(); 2].map(|()| shrink(&idle(), None, || false, |_| ()).unwrap().smallest);
         assert_eq!((one.scenario, one.flights), (other.scenario, other.flights));
     }
 
     #[test]
+    fn a_search_that_is_stopped_gives_the_smallest_scenario_so_far() {
+        let accepted = Cell::new(0);
+        let shrunk =
+            shrink(&idle(), None, || accepted.get() == 2, |_| accepted.set(accepted.get() + 1)).unwrap();
+        let whole = shrink(&idle(), None, || false, |_| ()).unwrap();
+        assert_eq!((shrunk.smallest.is_stopped, whole.smallest.is_stopped), (true, false));
+        assert!(shrunk.smallest.scenario.faults.len() < idle().faults.len());
+        assert!(shrunk.smallest.scenario != whole.smallest.scenario && accepted.get() == 2);
+        assert_eq!(fly(&shrunk.smallest.scenario).unwrap().violated().collect::<Vec<_>>(), ["faults_act"]);
+    }
+
+    #[test]
     fn a_flight_that_cannot_be_shrunk_is_refused_with_the_reason() {
-        let refusal = |scenario: &Scenario, wanted| shrink(scenario, wanted, |_| ()).unwrap_err().to_string();
+        let refusal =
+            |scenario: &Scenario, wanted| shrink(scenario, wanted, || false, |_| ()).unwrap_err().to_string();
         let mut scenario = idle();
         assert!(refusal(&scenario, Some("settling_max_s")).ends_with("it violates faults_act"));
         scenario.requirements.faults_act = false;

@@ -9,26 +9,29 @@ use toml::{Table, Value};
 impl Shrunk {
     /// The scenario with comments that say what it violates and what it was made from: `source`, with `original`.
     pub fn to_text(&self, source: &str, original: &Scenario) -> String {
-        let size = |scenario: &Scenario| {
-            let (faults, uavs) = (scenario.faults.len(), scenario.formation.uavs);
-            format!("faults: {faults}, UAVs: {uavs}, {} s", scenario.time.duration_s)
-        };
         // A line break in a file's name would end the comment.
         let source = source.replace(char::is_control, " ");
         format!(
-            "# This flight {}.\n# It was shrunk from {source} ({}) to this ({}) in {} flights.\n# Keys that are left out keep \
+            "# This flight {}.\n# It was shrunk from {source} ({}) to this ({}) in {} flights{}.\n# Keys that are left out keep \
              their defaults.\n\n{}",
             self.symptom.sentence(),
             size(original),
-            size(&self.scenario),
-            self.flights,
-            brief(&self.scenario)
+            size(&self.smallest.scenario),
+            self.smallest.flights,
+            if self.smallest.is_stopped { "; the search was interrupted" } else { "" },
+            brief(&self.smallest.scenario)
         )
     }
 }
 
+/// The size of a scenario in a few words.
+pub(crate) fn size(scenario: &Scenario) -> String {
+    let (faults, uavs) = (scenario.faults.len(), scenario.formation.uavs);
+    format!("faults: {faults}, UAVs: {uavs}, {} s", scenario.time.duration_s)
+}
+
 /// The scenario without its default values, or in full if that would read back as another one.
-fn brief(scenario: &Scenario) -> String {
+pub(crate) fn brief(scenario: &Scenario) -> String {
     let full = scenario.to_toml();
     let parsed = |text: &str| text.parse::<Table>().ok();
     let short = parsed(&full)

@@ -4,10 +4,13 @@
 
 use super::{
     definition::Definition,
-    results::{ResultsError, read_rows, replace},
+    results::read_rows,
     row::{Columns, Row},
 };
-use crate::figure::FIGURES;
+use crate::{
+    figure::FIGURES,
+    files::{ResultsError, replace},
+};
 use parquet::{
     basic::{Compression, LogicalType, Repetition, Type as Physical},
     data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type},

@@ -10,51 +10,18 @@ use super::{
     row::{Columns, Row},
     shard::Shard,
 };
-use crate::figure::Figure;
-use std::{
-    fs::{self, File, OpenOptions},
-    io::{self, BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write},
-    os::unix::fs::PermissionsExt,
-    path::{Path, PathBuf},
+use crate::{
+    figure::Figure,
+    files::{LineFile, ResultsError, damaged, fields_of, line_of, replace, scan_lines},
 };
-use tempfile::NamedTempFile;
+use std::{
+    fs::{self, File},
+    io::{self, Read, Seek, SeekFrom, Write},
+    path::Path,
+};
 
 /// The definition's file in the folder of a sweep.
 const DEFINITION: &str = "sweep.json";
-
-/// Why results cannot be read or written.
-#[derive(Debug, thiserror::Error)]
-pub enum ResultsError {
-    /// The system's reason.
-    #[error("{}: cannot be {what}: {source}", path.display())]
-    File {
-        /// The file or folder.
-        path: PathBuf,
-        /// What was tried: `read`, `written`.
-        what: &'static str,
-        /// The reason.
-        source: io::Error,
-    },
-    /// The folder holds something else.
-    #[error("{}: {problem}", path.display())]
-    Other {
-        /// The file or folder.
-        path: PathBuf,
-        /// What is wrong, and what to do about it.
-        problem: String,
-    },
-}
-
-impl ResultsError {
-    pub(super) fn file(path: &Path, what: &'static str) -> impl FnOnce(io::Error) -> Self {
-        let path = path.to_owned();
-        move |source| Self::File { path, what, source }
-    }
-
-    pub(super) fn other(path: &Path, problem: impl Into<String>) -> Self {
-        Self::Other { path: path.to_owned(), problem: problem.into() }
-    }
-}
 
 impl Manifest {
     /// Reads the manifest of the sweep in `folder`; `None` if the folder has no manifest.
@@ -103,27 +70,6 @@ impl Manifest {
     }
 }
 
-/// Writes `path` through a file beside it, so that nobody ever finds half of it.
-///
-/// # Errors
-/// The file cannot be written; what was there before stays.
-pub fn replace(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-) -> Result<(), ResultsError> {
-    // Shards on several machines may write the same file at the same time, so the name of the other file is drawn.
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let written = NamedTempFile::new_in(folder).and_then(|beside| {
-        let mut file = BufWriter::new(beside.reopen()?);
-        write(&mut file)?;
-        file.into_inner().map_err(io::IntoInnerError::into_error)?;
-        // A drawn file is for its owner only, and results are for everybody who may see the folder.
-        beside.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
-        beside.persist(path).map(drop).map_err(|error| error.error)
-    });
-    written.map_err(ResultsError::file(path, "written"))
-}
-
 /// The name of the rows' file of a shard.
 pub fn flights_file(shard: Shard) -> String {
     if shard == Shard::WHOLE {
@@ -144,9 +90,8 @@ struct RowPlace {
 
 /// The file of rows, open for appending.
 pub struct RowFile {
-    path: PathBuf,
     columns: Columns,
-    file: File,
+    lines: LineFile,
     rows: u64,
 }
 
@@ -156,32 +101,13 @@ impl RowFile {
     /// # Errors
     /// Another process writes the file, it has other columns, or it cannot be read or written.
     pub fn open(path: &Path, columns: Columns, mut each: impl FnMut(&Row)) -> Result<Self, ResultsError> {
-        let file = OpenOptions::new().read(true).append(true).create(true).open(path);
-        let file = file.map_err(ResultsError::file(path, "opened"))?;
-        // The lock goes with the process, however it ends.
-        if file.try_lock().is_err() {
-            return Err(ResultsError::other(
-                path,
-                "another process is flying this sweep: wait for it, or choose another folder with --out",
-            ));
-        }
-        let mut rows = Self { path: path.to_owned(), columns, file, rows: 0 };
-        let mut count = 0;
-        let end = scan(&rows.file, path, &rows.columns, |row, _| {
-            count += 1;
-            each(row);
+        let mut rows = 0;
+        let lines = LineFile::open(path, &header(&columns), |line, offset| {
+            rows += 1;
+            each(&parse_line(line, &columns).ok_or_else(|| damaged(path, offset))?);
+            Ok(())
         })?;
-        rows.rows = count;
-        rows.cut_at(end)?;
-        if end == 0 {
-            let header = line_of(rows.columns.names().iter());
-            rows.write(&header)?;
-        }
-        Ok(rows)
-    }
-
-    fn cut_at(&self, end: u64) -> Result<(), ResultsError> {
-        self.file.set_len(end).map_err(ResultsError::file(&self.path, "shortened"))
+        Ok(Self { columns, lines, rows })
     }
 
     /// Appends a row.
@@ -190,12 +116,7 @@ impl RowFile {
     /// The disk is full, for example.
     pub fn append(&mut self, row: &Row) -> Result<(), ResultsError> {
         self.rows += 1;
-        self.write(&line_of(row.fields().iter()))
-    }
-
-    /// One write for the whole line: a process that is killed leaves it out or leaves it whole.
-    fn write(&mut self, line: &[u8]) -> Result<(), ResultsError> {
-        self.file.write_all(line).map_err(ResultsError::file(&self.path, "written"))
+        self.lines.append(&line_of(row.fields().iter()))
     }
 
     /// Number of rows.
@@ -208,7 +129,7 @@ impl RowFile {
     /// # Errors
     /// The file cannot be read or written.
     pub fn sort(self) -> Result<(), ResultsError> {
-        sort_rows(&[&self.path], &self.path, &self.columns).map(drop)
+        sort_rows(&[self.lines.path()], self.lines.path(), &self.columns).map(drop)
     }
 }
 
@@ -228,7 +149,7 @@ pub fn sort_rows(sources: &[&Path], target: &Path, columns: &Columns) -> Result<
     let mut rows = 0;
     let mut different = None;
     replace(target, |out| {
-        out.write_all(&line_of(columns.names().iter()))?;
+        out.write_all(&header(columns))?;
         let mut last: Option<((u64, u64), Vec<u8>)> = None;
         for (place, source) in &places {
             let line = read_at(&mut files[*source], *place)?;
@@ -270,7 +191,7 @@ fn read_at(file: &mut File, place: RowPlace) -> io::Result<Vec<u8>> {
 /// The file cannot be read, or has other columns.
 pub fn read_rows(path: &Path, columns: &Columns, mut each: impl FnMut(&Row)) -> Result<(), ResultsError> {
     let file = File::open(path).map_err(ResultsError::file(path, "read"))?;
-    scan(&file, path, columns, |row, _| each(row)).map(drop)
+    scan(&file, path, columns, |row, _| each(row))
 }
 
 /// Reads the sorted rows of `path` and puts them together cell by cell, with the spread of these figures.
@@ -287,77 +208,27 @@ pub fn read_cells(
     Ok(cells.finish())
 }
 
-/// Hands every whole row to `each`; returns where the last one ends. No field holds a line break, so each line is a row.
+/// Hands every whole row to `each`.
 fn scan(
     file: &File,
     path: &Path,
     columns: &Columns,
     mut each: impl FnMut(&Row, RowPlace),
-) -> Result<u64, ResultsError> {
-    let mut reader = BufReader::new(file);
-    reader.rewind().map_err(ResultsError::file(path, "read"))?;
-    let (mut end, mut line) = (0_u64, Vec::new());
-    loop {
-        line.clear();
-        let bytes = reader.read_until(b'\n', &mut line).map_err(ResultsError::file(path, "read"))?;
-        // Only a killed process leaves a line without an end, and only as the last one.
-        if !line.ends_with(b"\n") {
-            return Ok(end);
-        }
-        if end == 0 {
-            check_header(path, &line, columns)?;
-        } else {
-            let row = parse_line(&line, columns);
-            let row = row.ok_or_else(|| {
-                ResultsError::other(
-                    path,
-                    format!("the row at byte {end} is damaged: delete that line to fly it again"),
-                )
-            })?;
-            each(&row, RowPlace { cell: row.cell, seed: row.seed, offset: end, bytes: bytes as u32 });
-        }
-        end += bytes as u64;
-    }
+) -> Result<(), ResultsError> {
+    let scanned = scan_lines(file, path, &header(columns), |line, offset| {
+        let row = parse_line(line, columns).ok_or_else(|| damaged(path, offset))?;
+        each(&row, RowPlace { cell: row.cell, seed: row.seed, offset, bytes: line.len() as u32 });
+        Ok(())
+    });
+    scanned.map(drop)
 }
 
-fn check_header(path: &Path, line: &[u8], columns: &Columns) -> Result<(), ResultsError> {
-    if line == line_of(columns.names().iter()) {
-        return Ok(());
-    }
-    Err(ResultsError::other(
-        path,
-        "these rows have other columns, from another sweep or version: choose another folder with --out",
-    ))
+fn header(columns: &Columns) -> Vec<u8> {
+    line_of(columns.names().iter())
 }
 
 fn parse_line(line: &[u8], columns: &Columns) -> Option<Row> {
-    let mut reader = csv::ReaderBuilder::new().has_headers(false).from_reader(line);
-    let record = reader.records().next()?.ok()?;
-    Row::parse(columns, record.iter())
-}
-
-/// Lines of CSV, for tables other than that of flights.
-pub struct CsvLines<W>(W);
-
-impl<W: Write> CsvLines<W> {
-    /// Writes lines to `target`.
-    pub fn new(target: W) -> Self {
-        Self(target)
-    }
-
-    /// Writes a line.
-    ///
-    /// # Errors
-    /// Those of the target.
-    pub fn write(&mut self, fields: &[String]) -> io::Result<()> {
-        self.0.write_all(&line_of(fields.iter()))
-    }
-}
-
-fn line_of(fields: impl Iterator<Item = impl AsRef<[u8]>>) -> Vec<u8> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(fields).expect("a vector takes everything");
-    writer.into_inner().expect("a vector takes everything")
+    Row::parse(columns, fields_of(line)?.iter())
 }
 
 /// The flight of a row, if its seed is one of the sweep's.

@@ -5,10 +5,10 @@
 use super::{
     definition::Definition,
     ledger::{FlightId, Ledger, Next},
-    results::{ResultsError, RowFile},
+    results::RowFile,
     row::Row,
 };
-use crate::flight::Outcome;
+use crate::{files::ResultsError, flight::Outcome};
 use ringwing_scenario::Scenario;
 use std::{
     sync::{
