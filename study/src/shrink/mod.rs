@@ -1,8 +1,8 @@
 //! Makes a flight that violates a requirement small, so that a reader sees what it takes to violate it.
 //!
 //! `search` tries smaller scenarios and keeps each that shows the same [`Symptom`], or whatever else a caller has
-//! [`Kept`]; `sentence` makes the numbers of a fault smaller; `text` writes the result. Nothing is drawn at
-//! random, so the same scenario gives the same result.
+//! [`Kept`]; `sentence` makes the numbers of a fault smaller; `uavs` takes UAVs away; `text` writes the result. Nothing is
+//! drawn at random, so the same scenario gives the same result.
 //!
 //! Never changes a requirement, the law or the seed: the small flight has to fail for the same reason.
 
@@ -10,6 +10,7 @@ mod search;
 mod sentence;
 mod symptom;
 mod text;
+mod uavs;
 
 pub use search::{Kept, Progress, Shrunk, Smallest, shrink, shrink_keeping};
 pub use symptom::Symptom;

@@ -6,6 +6,7 @@ use super::{
     ShrinkError,
     sentence::{smaller, smaller_faults},
     symptom::Symptom,
+    uavs::{with_names, without_uav},
 };
 use crate::flight::{Outcome, fly};
 use ringwing_recorder::metrics::Verdict;
@@ -83,6 +84,7 @@ pub fn shrink_keeping(
     show: impl FnMut(Progress<'_>),
 ) -> Smallest {
     let mut search = Search::new(scenario, kept, stops, show);
+    search.name_draws();
     // A step can make another one possible: without a fault, a shorter flight may be enough.
     loop {
         let before = search.smallest.clone();
@@ -228,16 +230,18 @@ where
         }
     }
 
-    /// Takes away the UAVs with the highest numbers. Faults that name them make the candidate invalid.
+    /// Names the UAVs that faults draw, so that fewer UAVs and other times are still about the same ones.
+    fn name_draws(&mut self) {
+        if let Some(named) = with_names(&self.smallest) {
+            self.accept(named);
+        }
+    }
+
+    /// Takes away one UAV after the other, the highest number first: the others keep their numbers as long as possible.
     fn drop_uavs(&mut self) {
-        loop {
-            let mut candidate = self.smallest.clone();
-            candidate.formation.uavs = candidate.formation.uavs.saturating_sub(1);
-            // A listed start or offset goes with its UAV, or validation refuses the candidate.
-            candidate.start.uavs.pop();
-            candidate.formation.offsets.pop();
-            if !self.accept(candidate) {
-                return;
+        for uav in (1..=self.smallest.formation.uavs).rev() {
+            if let Some(candidate) = without_uav(&self.smallest, uav) {
+                self.accept(candidate);
             }
         }
     }

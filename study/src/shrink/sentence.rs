@@ -2,7 +2,7 @@
 //!
 //! Never touches a number that names a UAV or a link.
 
-use ringwing_scenario::Fault;
+use ringwing_scenario::{Action, Fault, fault::Targets};
 
 /// Units after a number that can be made smaller. A rate of samples has none of them: a smaller rate is a worse fault.
 const UNITS: [&str; 6] = ["s", "ms", "%", "m", "deg", "uavs"];
@@ -21,11 +21,11 @@ fn smaller_to(least: f64, value: f64) -> Vec<f64> {
     all.into_iter().flatten().filter(|new| *new < value && *new >= least).collect()
 }
 
-/// Every fault that differs from `fault` by one smaller number.
+/// Every fault that differs from `fault` by one smaller number, or by one UAV less.
 pub(super) fn smaller_faults(fault: &Fault) -> Vec<Fault> {
     let text = fault.to_string();
     let words: Vec<_> = text.split(' ').collect();
-    let mut faults = Vec::new();
+    let mut faults = fewer_uavs(fault);
     for index in numbers(&words) {
         let value: f64 = words[index].parse().unwrap_or_default();
         // A tick has 10 ms: the same time as in seconds.
@@ -38,6 +38,20 @@ pub(super) fn smaller_faults(fault: &Fault) -> Vec<Fault> {
         }
     }
     faults
+}
+
+/// The fault for all but one of the UAVs that it names, for each of them.
+fn fewer_uavs(fault: &Fault) -> Vec<Fault> {
+    let Action::Process { fault: what, targets: Targets::Uavs(uavs) } = &fault.action else {
+        return Vec::new();
+    };
+    let without = |gone: usize| {
+        let mut left = uavs.clone();
+        left.remove(gone);
+        let action = Action::Process { fault: *what, targets: Targets::Uavs(left) };
+        Fault { at_s: fault.at_s, action }
+    };
+    if uavs.len() > 1 { (0..uavs.len()).map(without).collect() } else { Vec::new() }
 }
 
 /// Positions of the numbers that can be made smaller.
@@ -79,6 +93,15 @@ mod tests {
         assert!(sentences("at 4 s kill uav 3").iter().all(|text| text.ends_with("kill uav 3")));
         assert!(sentences("at 4 s kill random 2 uavs").contains(&"at 4 s kill random 1 uavs".to_owned()));
         assert!(sentences("at 4 s link 2->3 loss 20 %").contains(&"at 4 s link 2->3 loss 10 %".to_owned()));
+    }
+
+    #[test]
+    fn each_of_several_uavs_may_be_left_out() {
+        let smaller = sentences("at 4 s kill uav 2,3");
+        assert!(
+            ["at 4 s kill uav 2", "at 4 s kill uav 3"].iter().all(|text| smaller.contains(&(*text).into()))
+        );
+        assert!(sentences("at 4 s kill uav 3").iter().all(|text| text.ends_with("kill uav 3")));
     }
 
     #[test]
