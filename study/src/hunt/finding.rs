@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_finding_is_small_as_bad_and_within_the_budget() {
-        let hunt = hunt("slot_error_max_m");
+        let hunt = hunt("commanded");
         let worst = worst(&hunt);
         let finding = find(&hunt, &worst, || false, |_| ()).unwrap().unwrap();
         assert!(finding.badness >= worst.badness && worst.badness > finding.without, "{finding:?}");
@@ -115,12 +115,12 @@ mod tests {
 
     #[test]
     fn the_text_of_a_finding_reads_back_and_is_as_bad() {
-        let hunt = hunt("slot_error_max_m");
+        let hunt = hunt("commanded");
         let finding = find(&hunt, &worst(&hunt), || false, |_| ()).unwrap().unwrap();
         let text = finding.to_text(&hunt, "two\nlines.toml", 90);
-        assert!(text.starts_with(
-            "# The worst that 90 flights found for two lines.toml, by highest slot_error_max_m: "
-        ));
+        assert!(
+            text.starts_with("# The worst that 90 flights found for two lines.toml, by lowest commanded: ")
+        );
         let read = Scenario::resolved(&text).unwrap();
         assert_eq!(hunt.goal.badness(&fly(&read).unwrap()), finding.badness);
     }
