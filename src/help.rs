@@ -15,7 +15,7 @@ const INDENT: usize = 14;
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Fly a swarm", &["run", "watch", "fault", "pause", "step", "resume"]),
     ("Look at a flight", &["review", "replay", "verify", "compare", "recover"]),
-    ("Find out what a formation stands", &["sweep", "margin", "shrink"]),
+    ("Find out what a formation stands", &["sweep", "margin", "hunt", "shrink"]),
     ("Measure how long a tick takes", &["bench"]),
     (
         "Scenarios, this machine, this command",
@@ -25,7 +25,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
 ];
 
 /// Examples for each verb, as they are typed.
-const EXAMPLES: [(&str, &[&str]); 19] = [
+const EXAMPLES: [(&str, &[&str]); 20] = [
     (
         "run",
         &[
@@ -62,6 +62,13 @@ const EXAMPLES: [(&str, &[&str]); 19] = [
         ],
     ),
     ("margin", &["ringwing margin paper-4.1 --of \"link all->all delay {x} s\" --between 0..2 --theory"]),
+    (
+        "hunt",
+        &[
+            "ringwing hunt dropout --budget \"2 kills, 1 link fault of at most 1 s, loss at most 30 %\"",
+            "ringwing hunt storm --budget \"1 freeze of at most 2 s, from 20 s to 60 s\" --goal recovery_max_s",
+        ],
+    ),
     ("shrink", &["ringwing shrink storm --set control.law=paper --set seed=1"]),
     ("bench", &["ringwing bench", "ringwing bench --doctor", "ringwing bench --topology mesh"]),
     (

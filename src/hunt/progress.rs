@@ -34,7 +34,7 @@ impl<'h> Progress<'h> {
             let (from_s, to_s) = hunt.arena.window_s();
             let done = if before > 0 { format!(", {before} flown before") } else { String::new() };
             output::note(&format!(
-                "ringwing: hunt {}: {} within {}, from {from_s} s to {to_s} s, search seed {}{done}",
+                "ringwing: hunt {}: {} within {}; faults begin from {from_s} s to {to_s} s; search seed {}{done}",
                 hunt.scenario.name, hunt.goal, hunt.budget, hunt.seed
             ));
         }
@@ -51,7 +51,7 @@ impl<'h> Progress<'h> {
         let rate = search.flights().saturating_sub(self.before) as f64 / elapsed_s.max(1e-3);
         let worst = search.worst().map_or_else(String::new, |worst| {
             let goal = &self.hunt.goal;
-            format!(", {} {} in flight {}", goal, goal.text(worst.badness), worst.number)
+            format!(", {} {} in flight {}", goal, goal.brief(worst.badness), worst.number)
         });
         format!("{} of at most {} flights, {rate:.1}/s{worst}", search.flights(), self.total)
     }

@@ -5,7 +5,7 @@
 use super::folder::Folder;
 use crate::output::{self, tell};
 use ringwing_study::{
-    hunt::{Badness, End, Finding, Goal, Hunt, Hunted},
+    hunt::{Badness, End, Finding, Goal, Hunt, Hunted, brief},
     shell::quoted,
 };
 use serde::Serialize;
@@ -127,6 +127,6 @@ fn value(goal: &Goal, badness: Badness) -> Value {
 fn shown(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
-        number => number.to_string(),
+        number => number.as_f64().map_or_else(|| number.to_string(), brief),
     }
 }

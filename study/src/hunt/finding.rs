@@ -13,6 +13,8 @@ use ringwing_scenario::Scenario;
 /// What a hunt has found.
 #[derive(Debug, Clone)]
 pub struct Finding {
+    /// The scenario of the worst flight.
+    pub original: Scenario,
     /// The small scenario, and how it was found.
     pub smallest: Smallest,
     /// How bad the worst flight was.
@@ -48,24 +50,25 @@ pub fn find(
         allows: |scenario: &Scenario| hunt.arena.excess(&scenario.faults).is_none(),
         is_at_one_moment: hunt.goal.is_at_one_moment(),
     };
-    let smallest = shrink_keeping(&hunt.scenario_of(&worst.candidate), &kept, stops, show);
+    let original = hunt.scenario_of(&worst.candidate);
+    let smallest = shrink_keeping(&original, &kept, stops, show);
     let small = badness(&smallest.scenario)?;
-    Ok(Some(Finding { smallest, found: worst.badness, badness: small, without }))
+    Ok(Some(Finding { original, smallest, found: worst.badness, badness: small, without }))
 }
 
 impl Finding {
     /// The scenario with comments that say what it does, and how it was found in `source` by `flights` flights.
     pub fn to_text(&self, hunt: &Hunt, source: &str, flights: u64) -> String {
-        let Hunt { goal, budget, seed, scenario, .. } = hunt;
+        let Hunt { goal, budget, seed, .. } = hunt;
         // A line break in a file's name would end the comment.
         let source = source.replace(char::is_control, " ");
         format!(
             "# The worst that {flights} flights found for {source}, by {goal}: {} (without the budget's faults: {}).\n\
              # Budget: {budget}\n# Seed of the search: {seed}\n\
              # It was shrunk from ({}) to ({}) in {} more flights{}.\n# Keys that are left out keep their defaults.\n\n{}",
-            goal.text(self.badness),
-            goal.text(self.without),
-            size(scenario),
+            goal.brief(self.badness),
+            goal.brief(self.without),
+            size(&self.original),
             size(&self.smallest.scenario),
             self.smallest.flights,
             if self.smallest.is_stopped { "; that was interrupted" } else { "" },

@@ -90,6 +90,14 @@ impl Goal {
         }
     }
 
+    /// As [`Self::text`], with at most four decimals, for people.
+    pub fn brief(&self, badness: Badness) -> String {
+        match self.text(badness).parse::<f64>() {
+            Ok(value) => brief(value),
+            Err(_) => self.text(badness),
+        }
+    }
+
     /// The badness that [`Self::text`] has written; `None` if the text is something else.
     pub fn parse(&self, text: &str) -> Option<Badness> {
         Some(match text {
@@ -106,6 +114,12 @@ impl Goal {
     pub fn is_at_one_moment(&self) -> bool {
         AT_ONE_MOMENT.contains(&self.figure.name)
     }
+}
+
+/// `value` with at most four decimals.
+pub fn brief(value: f64) -> String {
+    // Zero has no sign.
+    (0.0 + (value * 1e4).round() / 1e4).to_string()
 }
 
 impl Display for Goal {
@@ -158,12 +172,22 @@ mod tests {
     }
 
     #[test]
+    fn people_read_four_decimals() {
+        let goal = Goal::new("settling_s", None).unwrap();
+        assert_eq!(
+            [12.000_04, 0.1 + 0.2, -1e-9].map(|value| goal.brief(Badness::Of(value))),
+            ["12", "0.3", "0"]
+        );
+    }
+
+    #[test]
     fn a_badness_reads_back_as_it_was_written() {
         for goal in [Goal::new("closest_pair_m", None).unwrap(), Goal::new("settling_s", None).unwrap()] {
             for badness in [Badness::Nothing, Badness::Of(0.1 + 0.2), Badness::Of(-3.0), Badness::Never] {
                 assert_eq!(goal.parse(&goal.text(badness)), Some(badness));
             }
-            assert_eq!(goal.text(Badness::Of(0.0)), "0");
+            assert_eq!((goal.text(Badness::Of(0.0)), goal.brief(Badness::Of(0.0))), ("0".into(), "0".into()));
+            assert_eq!(goal.brief(Badness::Never), "never");
             assert_eq!((goal.parse("NaN"), goal.parse("")), (None, None));
         }
     }

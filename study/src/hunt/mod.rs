@@ -18,7 +18,7 @@ pub use budget::{Budget, BudgetError};
 pub use candidate::{Arena, Candidate, Gene};
 pub use finding::{Finding, find};
 pub use flights::{End, FlightFile, HuntError, Hunted, Limits, run};
-pub use goal::{Badness, Goal};
+pub use goal::{Badness, Goal, brief};
 pub use search::{Flown, Search, Strategy};
 
 use ringwing_scenario::Scenario;

@@ -1,10 +1,11 @@
 //! Which candidates to fly: chance first, then an evolution strategy, again and again.
 //!
 //! A population begins with random candidates. Then each generation descends from the worst flights of its population:
-//! a child takes genes of one or two of them and changes some, by steps of every size. A population whose generations
-//! find nothing worse is given up for another one. This is a (mu + lambda) strategy with restarts (Beyer and Schwefel,
-//! *Evolution strategies*, 2002); steps of every size take the place of an adapted one, because one budget has numbers
-//! that are coarse, such as a target, beside others that have to hit a tenth of a second.
+//! a child takes genes of one or two of them and changes some, by steps of every size, or moves all faults together in
+//! time. Some candidates of every generation are random. A population whose generations find nothing worse is given up
+//! for another one. This is a (mu + lambda) strategy with restarts (Beyer and Schwefel, *Evolution strategies*, 2002).
+//! It adapts no size of steps, because one budget has numbers that are coarse, such as a target, beside others that have
+//! to hit a tenth of a second.
 //!
 //! Never flies anything. What a candidate is depends on the seed, its number and the flights of earlier generations, so
 //! neither the order in which flights land nor the number of threads changes it.
@@ -24,6 +25,12 @@ const PARENTS: usize = 6;
 const CHILDREN: usize = 16;
 /// Generations without progress after which a population is given up. More search longer where there is nothing.
 const STALE_GENERATIONS: usize = 5;
+/// Share of random candidates among the later generations. Fewer rarely leave a region that is not the worst; more are
+/// closer to random search.
+const RANDOM: f64 = 0.2;
+/// Share of children whose faults all move by the same time. Fewer lose what two faults do together, because a fault
+/// that moves alone destroys it; more leave fewer children that try anything else.
+const MOVED_TOGETHER: f64 = 0.2;
 /// Share of children with two parents. The others inherit from one.
 const CROSSED: f64 = 0.3;
 /// Share of changes of a target or kind; the others are steps of a number. More are closer to random search.
@@ -164,10 +171,14 @@ impl Search {
     /// The candidate of flight `number`.
     fn candidate(&self, number: u64) -> Candidate {
         let mut dice = Dice(Draws::new(self.seed, PURPOSE, number));
-        if self.parents.is_empty() {
+        if self.parents.is_empty() || dice.0.uniform() < RANDOM {
             return self.shapes.iter().map(|_| dice.gene()).collect();
         }
         let mut child = dice.parent(&self.parents).clone();
+        if dice.0.uniform() < MOVED_TOGETHER {
+            dice.move_together(&mut child);
+            return child;
+        }
         if dice.0.uniform() < CROSSED {
             let other = dice.parent(&self.parents);
             for (gene, other) in child.iter_mut().zip(other) {
@@ -204,6 +215,16 @@ impl Dice {
     fn parent<'p>(&mut self, parents: &'p [Flown]) -> &'p Candidate {
         let share = self.0.uniform() * self.0.uniform();
         &parents[(share * parents.len() as f64) as usize].candidate
+    }
+
+    /// Moves all faults by one step of time, as far as all of them can go.
+    fn move_together(&mut self, candidate: &mut Candidate) {
+        let times = || candidate.iter().map(|gene| gene.time);
+        let (first, last) = (times().fold(1.0, f64::min), times().fold(0.0, f64::max));
+        let step = self.step().clamp(-first, 1.0 - last);
+        for gene in candidate {
+            gene.time = (gene.time + step).clamp(0.0, 1.0);
+        }
     }
 
     /// Draws the target or the kind anew, or moves one or more of the other numbers.
