@@ -247,15 +247,19 @@ impl Controller for &mut Counting {
     }
 }
 
-/// What UAV 1 answers in tick 0 while a controller wishes for `speed_m_s` and `turn_rate_rad_s`.
+/// What UAV 1 answers in tick 1 while a controller wishes for `speed_m_s` and `turn_rate_rad_s`.
 fn answer_of_controller(speed_m_s: f64, turn_rate_rad_s: f64) -> Answer {
     let mut controller = Counting { wish: Wish::new(speed_m_s, turn_rate_rad_s), steps: 0 };
     let mut agent = UavAgent::steered_by(Guest(&mut controller), &Scenario::default(), UavId(1));
-    let mut lists = Lists { sensed: vec![senses(0)], leader: vec![leader_state(-1)], ..Lists::default() };
+    // What the leader sends in tick 0 can be used in tick 1.
+    let mut lists = Lists { sensed: vec![senses(0)], leader: vec![leader_state(0)], ..Lists::default() };
     let Ok(()) = agent.receive(Tick(0), &mut lists);
-    agent.rehearsal().fly(Tick(0));
-    let answer = agent.fly(Tick(0));
-    assert_eq!(controller.steps, 1, "a rehearsal does not ask the controller");
+    agent.fly(Tick(0));
+    lists.sensed.push(senses(1));
+    let Ok(()) = agent.receive(Tick(1), &mut lists);
+    agent.rehearsal().fly(Tick(1));
+    let answer = agent.fly(Tick(1));
+    assert_eq!(controller.steps, 2, "a rehearsal does not ask the controller");
     answer
 }
 

@@ -341,6 +341,7 @@ fn fewer_than_three_uavs_fly_for_benchmarks_alone() {
         (s.formation.uavs, s.ipc.few_uavs) = (2, few_uavs);
         s.start.uavs.clear();
         s.faults.clear();
+        s.agents.clear();
     };
     assert_eq!(blamed(|s| two(s, false)), ["formation.uavs"]);
     assert_eq!(blamed(|s| two(s, true)), [""; 0]);
