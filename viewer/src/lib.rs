@@ -1,8 +1,8 @@
 //! Shows a flight in Foxglove while it goes on, and a log as if it went on now, over Foxglove's WebSocket protocol.
 //!
-//! - [`address`] is where a server listens.
-//! - [`server`] has the channels of the log, remembers what a viewer that joins late has to know, and takes requests.
-//! - [`process`] is the viewer's process of a live run, and [`playback`] serves a log.
+//! - `address` is where a server listens.
+//! - `server` has the channels of the log, remembers what a viewer that joins late has to know, and takes requests.
+//! - `process` is the viewer's process of a live run, and `playback` serves a log.
 //!
 //! Must never change a flight, except as a viewer asks for it, and must never be waited for.
 

@@ -1,6 +1,6 @@
 //! The paths that a virtual leader can fly, as functions of time.
 //!
-//! A path is a row of arcs and straight legs at constant speed, or a [`track`] of places and times. Its heading never
+//! A path is a row of arcs and straight legs at constant speed, or a track of places and times. Its heading never
 //! jumps; its turn rate may, where an arc meets a straight leg. Must never keep state: where the leader is depends on the
 //! time alone, so a replaced leader goes on exactly where the lost one would be.
 

@@ -12,25 +12,25 @@ pub struct ManoeuvreSection {
     pub at_s: f64,
     /// How long they move.
     pub over_s: f64,
-    /// See [`FormationSection::shape`].
+    /// See `formation.shape`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<ShapeName>,
-    /// See [`FormationSection::spacing_m`].
+    /// See `formation.spacing_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spacing_m: Option<f64>,
-    /// See [`FormationSection::bearing_deg`].
+    /// See `formation.bearing_deg`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bearing_deg: Option<f64>,
-    /// See [`FormationSection::sweep_deg`].
+    /// See `formation.sweep_deg`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep_deg: Option<f64>,
-    /// See [`FormationSection::aspect`].
+    /// See `formation.aspect`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aspect: Option<f64>,
-    /// See [`FormationSection::inner_ratio`].
+    /// See `formation.inner_ratio`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inner_ratio: Option<f64>,
-    /// See [`FormationSection::columns`].
+    /// See `formation.columns`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub columns: Option<u32>,
     /// Who gets which slot.
