@@ -5,10 +5,7 @@
 use pyo3::{PyErr, create_exception, exceptions::PyException};
 use ringwing_recorder::log::reader::ReadError;
 use ringwing_scenario::ScenarioError as BadScenario;
-use ringwing_study::{
-    recorded::RecordedFlightError,
-    sweep::{ResultsError, SweepProblem},
-};
+use ringwing_study::{files::ResultsError, recorded::RecordedFlightError, sweep::SweepProblem};
 use std::{io, path::Path};
 
 create_exception!(ringwing, RingwingError, PyException, "Whatever ringwing refuses or fails at.");
