@@ -16,7 +16,7 @@ use ringwing_recorder::{
     Summary,
     log::run_folder::{DEFAULT_OUT, log_in},
 };
-use ringwing_scenario::{AgentSection, Fault, Reading, Scenario, Setting, Source, start};
+use ringwing_scenario::{AgentSection, Fault, Reading, Setting, Source, start};
 use ringwing_study::shell::quoted;
 use ringwing_viewer::LiveAddress;
 use std::{
@@ -139,7 +139,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
     if args.simulated {
-        check_simulated(&scenario)?;
+        ringwing_simulation::check(&scenario).map_err(|error| WrongUsage(format!("--simulated: {error}")))?;
     }
     let out = config::out(args.out.as_deref());
     check_out(&out)?;
@@ -163,23 +163,6 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
         live: args.live,
     };
     Ok((plan, notes))
-}
-
-/// What cannot be flown in one process.
-fn check_simulated(scenario: &Scenario) -> Result<(), WrongUsage> {
-    if let Some((uav, agent)) = scenario.first_own_agent() {
-        return Err(WrongUsage(format!(
-            "--simulated starts no processes, but {uav} is flown by a program of its own ({}): leave out --simulated",
-            agent.command_line()
-        )));
-    }
-    if scenario.time.real_time {
-        return Err(WrongUsage(
-            "--simulated cannot fly in real time: the scenario sets time.real_time, so add --set time.real_time=false"
-                .into(),
-        ));
-    }
-    Ok(())
 }
 
 /// The summary and the printed commands name the run's folder, and they are UTF-8.

@@ -1,12 +1,12 @@
 //! `ringwing hunt`: the finding flies and is as bad as printed, and a killed hunt goes on to the same end.
 
-use crate::harness::{newest_run, ringwing, send, wait_until};
+use crate::harness::{finished, newest_run, ringwing, send, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{
     fs,
     path::Path,
-    process::{Command, Output, Stdio},
+    process::{Command, Stdio},
 };
 
 /// Short flights of three UAVs: most of the time goes into what is tested here.
@@ -24,12 +24,6 @@ fn hunt(folder: &Path, out: &str, arguments: &str) -> Command {
     command.arg("--out").arg(folder.join(out));
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
-}
-
-fn finished(mut command: Command, code: i32) -> Output {
-    let output = command.output().unwrap();
-    assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
-    output
 }
 
 /// The rows in the order of their flights.

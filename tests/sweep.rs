@@ -1,6 +1,6 @@
 //! `ringwing sweep`: what was flown survives a kill, shards make the whole, and real processes fly the same rows.
 
-use crate::harness::{ringwing, send, wait_until};
+use crate::harness::{finished, ringwing, send, wait_until};
 use ringwing_flight::draw::Draws;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -8,7 +8,7 @@ use std::{
     collections::BTreeMap,
     env, fs,
     path::Path,
-    process::{Command, Output, Stdio},
+    process::{Command, Stdio},
 };
 
 /// Flights of the sweep that is killed; `RINGWING_SWEEP_FLIGHTS=5000` flies more.
@@ -48,12 +48,6 @@ fn sweep(folder: &Path, out: &str, arguments: &str) -> Command {
     command.arg("sweep").arg(file).args(arguments.split_whitespace()).arg("--out").arg(folder.join(out));
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
-}
-
-fn finished(mut command: Command, code: i32) -> Output {
-    let output = command.output().unwrap();
-    assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
-    output
 }
 
 fn rows(folder: &Path, out: &str) -> String {

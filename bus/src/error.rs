@@ -20,7 +20,7 @@ pub enum BusError {
     NoAnswer {
         /// The domain's name.
         id: String,
-        /// Why there is none.
+        /// Why no answer came.
         problem: String,
     },
     /// The run belongs to somebody else.

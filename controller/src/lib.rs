@@ -28,7 +28,7 @@ use std::{
 /// The word that separates the arguments of the controller from those that ringwing adds.
 const MARKER: &str = "agent";
 
-/// What a program says that nobody told which UAV of which run to fly.
+/// What a program says that was started without a run.
 const NO_RUN: &str =
     "this program flies a UAV of ringwing: start it with `ringwing run SCENARIO --agent \"UAVS=PROGRAM\"`";
 
@@ -45,7 +45,7 @@ pub struct Start<'s> {
 
 /// Flies a UAV with the controller that `make` makes until the flight ends; to be returned from `main`.
 ///
-/// The arguments of the program say which UAV of which run. If they do not, this prints how to start the program, and the exit
+/// The arguments of the program name the run and the UAV. If they do not, this prints how to start the program, and the exit
 /// code is 2; it is 1 if the program cannot take part in the run.
 pub fn main<C: Controller>(make: impl FnOnce(&Start<'_>) -> C) -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
@@ -58,8 +58,8 @@ pub fn main<C: Controller>(make: impl FnOnce(&Start<'_>) -> C) -> ExitCode {
 
 /// Why a controller cannot fly.
 #[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// The arguments do not say which UAV of which run to fly.
+enum RunError {
+    /// The arguments do not name a run and a UAV.
     #[error("{0}")]
     Usage(String),
     /// The program cannot take part in the run.
@@ -68,11 +68,8 @@ pub enum RunError {
 }
 
 /// Flies a UAV with the controller that `make` makes until the flight ends. `arguments` are those of the program, without its
-/// name. For programs that are not made in Rust alone; others call [`main`].
-pub fn run<C: Controller>(
-    arguments: &[OsString],
-    make: impl FnOnce(&Start<'_>) -> C,
-) -> Result<(), RunError> {
+/// name.
+fn run<C: Controller>(arguments: &[OsString], make: impl FnOnce(&Start<'_>) -> C) -> Result<(), RunError> {
     let (own, member) = split(arguments).map_err(RunError::Usage)?;
     run_controller(&member, |start| {
         make(&Start { uav: start.uav, scenario: start.scenario, arguments: own })

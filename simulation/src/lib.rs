@@ -36,20 +36,25 @@ pub use seat_agent::MakeController;
 pub use simulation::Simulation;
 
 use ringwing_flight::UavId;
-use ringwing_scenario::{Scenario, ScenarioError};
+use ringwing_scenario::{AgentSection, Scenario, ScenarioError};
 
 /// Whether `scenario` can be flown here without controllers of the user's.
 ///
 /// # Errors
 /// It flies in real time, or a program of the user's flies a UAV.
 pub fn check(scenario: &Scenario) -> Result<(), SimulationError> {
-    if scenario.time.real_time {
-        return Err(SimulationError::RealTime(scenario.name.clone()));
-    }
-    scenario.first_own_agent().map_or(Ok(()), |(uav, agent)| {
-        let (scenario, command) = (scenario.name.clone(), agent.command_line());
-        Err(SimulationError::OwnProgram { scenario, uav, command })
-    })
+    check_pace(scenario)?;
+    scenario.first_own_agent().map_or(Ok(()), |(uav, agent)| Err(own_program(scenario, uav, agent)))
+}
+
+/// Refuses a flight in real time.
+fn check_pace(scenario: &Scenario) -> Result<(), SimulationError> {
+    if scenario.time.real_time { Err(SimulationError::RealTime(scenario.name.clone())) } else { Ok(()) }
+}
+
+/// The error that `agent` flies `uav` of `scenario`.
+fn own_program(scenario: &Scenario, uav: UavId, agent: &AgentSection) -> SimulationError {
+    SimulationError::OwnProgram { scenario: scenario.name.clone(), uav, command: agent.command_line() }
 }
 
 /// Why a scenario cannot be flown here.

@@ -1,8 +1,9 @@
 //! The flight itself, tick by tick.
 
 use crate::{
-    SimulationError,
+    SimulationError, check_pace,
     inputs::{AgentInputs, Air},
+    own_program,
     seat_agent::{MakeController, SeatAgent},
 };
 use ringwing_flight::{
@@ -74,9 +75,7 @@ impl Simulation {
         scenario: &Scenario,
         make_controller: MakeController,
     ) -> Result<Self, SimulationError> {
-        if scenario.time.real_time {
-            return Err(SimulationError::RealTime(scenario.name.clone()));
-        }
+        check_pace(scenario)?;
         let starts = start::states(scenario)?;
         let uavs = scenario.formation.uavs;
         let schedule = scenario.schedule();
@@ -111,8 +110,7 @@ impl Simulation {
     fn refuse_programs(&self) -> Result<(), SimulationError> {
         for (uav, seat) in UavId::all(self.seats.len() as u32).zip(&self.seats) {
             if let Some(agent) = self.scenario.agent_of(uav).filter(|_| seat.agent.is_built_in()) {
-                let (scenario, command) = (self.scenario.name.clone(), agent.command_line());
-                return Err(SimulationError::OwnProgram { scenario, uav, command });
+                return Err(own_program(&self.scenario, uav, agent));
             }
         }
         Ok(())

@@ -18,7 +18,7 @@ const BEYOND_ALL_TICKS: Tick = Tick(i64::MAX);
 pub(crate) enum PauseRequest {
     /// Stand still before the next tick.
     Pause,
-    /// Fly as many ticks and stand still again.
+    /// Fly this many ticks, and then stand still again.
     Step(NonZeroU32),
     /// Fly on.
     Resume,

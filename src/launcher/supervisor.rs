@@ -233,9 +233,13 @@ impl<'a> Supervisor<'a> {
 
     /// Sends `signal` to the process `pid` of `part`, and to the processes that a program of the user's has started.
     pub(super) fn send_to(&self, part: Part, pid: u32, signal: ProcessSignal) {
+        send_signal(pid, signal, self.has_children(part));
+    }
+
+    /// Whether the process of `part` has a group of its own, with whatever a program of the user's starts.
+    fn has_children(&self, part: Part) -> bool {
         // A process that was started by hand may share its group with others.
-        let is_child = !self.processes.get(part).is_adopted();
-        send_signal(pid, signal, is_child && self.spawner.own_program(part).is_some());
+        self.spawner.own_program(part).is_some() && !self.processes.get(part).is_adopted()
     }
 
     /// Says where to read what the program of the user's has printed that flew as `part`.
@@ -295,7 +299,7 @@ impl<'a> Supervisor<'a> {
             ProcessChange::Continued => self.report(part, Input::Continued),
             ProcessChange::Ended(end) => {
                 self.gate.set_ready_process(part, None);
-                if self.spawner.own_program(part).is_some() {
+                if self.has_children(part) {
                     // Whatever it has started ends with it.
                     send_signal(pid, ProcessSignal::Kill, true);
                 }

@@ -112,7 +112,7 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// A flight of `scenario` of which nothing is known yet.
+    /// A flight of `scenario` that nothing is known of yet.
     pub(super) fn new(scenario: Scenario, is_coloured: bool) -> Self {
         Self {
             scenario,

@@ -14,7 +14,7 @@ use std::{
     fs,
     io::{BufRead, BufReader},
     path::{Path, PathBuf},
-    process::{Child, Command, ExitStatus, Stdio},
+    process::{Child, Command, ExitStatus, Output, Stdio},
     sync::mpsc::{Receiver, channel},
     thread,
     time::{Duration, Instant},
@@ -318,6 +318,13 @@ pub fn processes_of(domain: &DomainId) -> Vec<String> {
 pub fn send(process: u32, signal: Signal) {
     let pid = Pid::from_raw(process.cast_signed()).expect("a process id");
     kill_process(pid, signal).expect("the process exists");
+}
+
+/// Runs `command` to its end, and asserts that it ends with the exit code `code`.
+pub fn finished(mut command: Command, code: i32) -> Output {
+    let output = command.output().expect("the command starts");
+    assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
+    output
 }
 
 /// Waits until `condition` returns a value; fails the test after [`LONGEST_WAIT`].

@@ -10,8 +10,8 @@ use std::{
 
 /// The port that Foxglove suggests for a connection.
 const FIRST_PORT: u16 = 8765;
-/// How many ports are tried, one after the other. With fewer, as many runs at the same time find none; more only make a machine
-/// on which no port is free say so later.
+/// How many ports are tried, one after the other. With fewer, a machine with many live runs has no port for the next one; more
+/// only delay the error on a machine without a free port.
 const PORTS: u16 = 100;
 
 /// Where a live server listens.

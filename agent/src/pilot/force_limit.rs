@@ -7,8 +7,8 @@ use nalgebra::Vector2;
 use ringwing_scenario::Scenario;
 use std::f64::consts::TAU;
 
-/// The force that is left if the airframe is no faster than its slot, in m. With none, a UAV would stop steering for a slot
-/// that it cannot catch up with. More lets it head the more straight at the slot, and not ahead of it.
+/// The force that is left if the airframe is no faster than its slot, in m. Without it, a UAV would stop steering for a slot
+/// that it cannot catch up with. More makes the UAV head for where the slot is now, and less for where it will be.
 const LEAST_FORCE_M: f64 = 3.0;
 
 /// The limit of one airframe.

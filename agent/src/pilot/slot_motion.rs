@@ -12,7 +12,7 @@ use ringwing_flight::FormationFrame;
 pub struct SlotMotion {
     /// The velocity of the slot.
     pub velocity_m_s: Vector2<f64>,
-    /// The rate at which that velocity turns. 0 without feed-forward: Eq. (6) knows none.
+    /// The rate at which that velocity turns. 0 without feed-forward, because Eq. (6) has no such term.
     pub turn_rate_rad_s: f64,
 }
 

@@ -5,6 +5,7 @@
 use nalgebra::Vector2;
 use ringwing_flight::{LivingRing, Manoeuvre, Slot, Tick, UavId};
 use ringwing_scenario::Scenario;
+use std::sync::Arc;
 
 /// What one UAV steers for at one moment: its slot, and the distances to keep.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,8 +24,8 @@ pub(super) struct SlotGeometry {
 pub(super) struct Slots {
     own: UavId,
     ring: LivingRing,
-    /// The manoeuvres of the flight, in order of time.
-    manoeuvres: Vec<Manoeuvre>,
+    /// The manoeuvres of the flight, in order of time. Shared, because an agent copies its slots to rehearse each tick.
+    manoeuvres: Arc<[Manoeuvre]>,
     /// How many of them have begun.
     begun: usize,
     /// How long the slots move after a loss or a return.
@@ -61,7 +62,7 @@ impl Slots {
         let mut slots = Self {
             own,
             ring,
-            manoeuvres: scenario.planned_manoeuvres(),
+            manoeuvres: scenario.planned_manoeuvres().into(),
             begun: 0,
             closing_ticks: (scenario.membership.slots_move_s * rate_hz).round() as i64,
             transitions,

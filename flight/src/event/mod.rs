@@ -1,6 +1,6 @@
 //! Events: what happens in a run and is worth reading about, such as losses, faults and collisions.
 //!
-//! An event is data: who, with whom, where, which fault. It must never carry a sentence that another process has to
+//! An event is data: who, who else, where, and which fault. It must never carry a sentence that another process has to
 //! parse. Code that acts on an event reads its fields; code that shows one calls [`Event::text`].
 
 mod text;

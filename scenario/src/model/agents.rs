@@ -13,7 +13,7 @@ const ALL: &str = "all";
 pub struct AgentSection {
     /// The UAVs: `"all"`, or their numbers, such as `"3"` or `"1, 4"`.
     pub uavs: String,
-    /// The program and its arguments. ringwing adds the arguments that tell it which UAV of which run to fly.
+    /// The program and its arguments. ringwing adds arguments that name the run and the UAV.
     pub command: Vec<String>,
     /// The folder that the program starts in, from which relative paths in `command` count. A relative one counts from the
     /// folder of the scenario's file, which is also what it is if left out.
@@ -25,7 +25,7 @@ impl AgentSection {
     /// The section of `--agent UAVS=COMMAND`.
     ///
     /// # Errors
-    /// Why it is none.
+    /// What is wrong with the text.
     pub fn parse(text: &str) -> Result<Self, String> {
         let usage = "expected UAVS=COMMAND, such as \"3=python3 mine.py\" or \"all=./controller\"";
         let (uavs, line) = text.split_once('=').ok_or(usage)?;

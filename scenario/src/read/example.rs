@@ -71,30 +71,9 @@ pub fn scenario() -> Scenario {
             braking_m: 10.0,
             ..ObstacleFieldSection::default()
         },
-        obstacles: vec![ObstacleSection {
-            name: "Obstacle 1".into(),
-            position_m: [900.0, 42.0],
-            radius_m: 10.0,
-            braking_distance_m: 20.0,
-            velocity_m_s: [-2.0, 0.5],
-            waypoints_m: vec![[860.0, 60.0], [820.0, 20.0]],
-            waypoint_speed_m_s: 3.0,
-            repeat: true,
-        }],
-        intruders: vec![IntruderSection {
-            position_m: [400.0, -300.0],
-            heading_deg: 90.0,
-            speed_m_s: 20.0,
-            cooperative: true,
-            turn_rate_rad_s: 0.1,
-            waypoints_m: vec![[400.0, 0.0], [600.0, 100.0]],
-            repeat: true,
-        }],
-        agents: vec![AgentSection {
-            uavs: "3".into(),
-            command: vec!["python3".into(), "mine.py".into()],
-            folder: "controllers".into(),
-        }],
+        obstacles: vec![obstacle()],
+        intruders: vec![intruder()],
+        agents: vec![agents()],
         leader: LeaderSection {
             path: PathSection {
                 waypoints: vec![WaypointSection { position_m: [600.0, 0.0] }],
@@ -103,20 +82,57 @@ pub fn scenario() -> Scenario {
             },
             ..LeaderSection::default()
         },
-        manoeuvres: vec![ManoeuvreSection {
-            at_s: 30.0,
-            over_s: 12.0,
-            shape: Some(ShapeName::Vee),
-            spacing_m: Some(30.0),
-            bearing_deg: Some(180.0),
-            sweep_deg: Some(30.0),
-            aspect: Some(1.5),
-            inner_ratio: Some(0.45),
-            columns: Some(0),
-            order: SlotOrder::Nearest,
-        }],
+        manoeuvres: vec![manoeuvre()],
         faults: vec!["at 30 s kill uav 3".parse::<Fault>().expect("the example of a fault parses")],
         ..Scenario::default()
+    }
+}
+
+fn obstacle() -> ObstacleSection {
+    ObstacleSection {
+        name: "Obstacle 1".into(),
+        position_m: [900.0, 42.0],
+        radius_m: 10.0,
+        braking_distance_m: 20.0,
+        velocity_m_s: [-2.0, 0.5],
+        waypoints_m: vec![[860.0, 60.0], [820.0, 20.0]],
+        waypoint_speed_m_s: 3.0,
+        repeat: true,
+    }
+}
+
+fn intruder() -> IntruderSection {
+    IntruderSection {
+        position_m: [400.0, -300.0],
+        heading_deg: 90.0,
+        speed_m_s: 20.0,
+        cooperative: true,
+        turn_rate_rad_s: 0.1,
+        waypoints_m: vec![[400.0, 0.0], [600.0, 100.0]],
+        repeat: true,
+    }
+}
+
+fn agents() -> AgentSection {
+    AgentSection {
+        uavs: "3".into(),
+        command: vec!["python3".into(), "mine.py".into()],
+        folder: "controllers".into(),
+    }
+}
+
+fn manoeuvre() -> ManoeuvreSection {
+    ManoeuvreSection {
+        at_s: 30.0,
+        over_s: 12.0,
+        shape: Some(ShapeName::Vee),
+        spacing_m: Some(30.0),
+        bearing_deg: Some(180.0),
+        sweep_deg: Some(30.0),
+        aspect: Some(1.5),
+        inner_ratio: Some(0.45),
+        columns: Some(0),
+        order: SlotOrder::Nearest,
     }
 }
 

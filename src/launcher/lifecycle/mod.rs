@@ -4,10 +4,12 @@
 //! from any fixed moment. [`Effect`]s come out, and the supervisor carries them out.
 
 mod effect;
+mod input;
 #[cfg(test)]
 mod tests;
 
 pub(super) use effect::{Effect, ProcessSignal};
+pub(super) use input::Input;
 use ringwing_flight::{AfterLoss, Event, Part, ProcessAction, ProcessEnd, ProcessState};
 use std::time::Duration;
 
@@ -41,34 +43,6 @@ pub(super) enum RunStage {
     Flying,
     /// The flight has ended or failed. Processes now end because they should.
     Over,
-}
-
-/// An event in the life of a process.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Input {
-    /// The launcher has spawned it.
-    Spawned {
-        /// Its process id.
-        pid: u32,
-    },
-    /// The process has announced at the gate that it is ready. It is the spawned one or,
-    /// if none was spawned, one that the user started by hand.
-    Ready {
-        /// Its process id.
-        pid: u32,
-    },
-    /// A signal has stopped it.
-    Stopped,
-    /// A signal lets it run on.
-    Continued,
-    /// It has ended.
-    Ended(ProcessEnd),
-    /// A fault asks for this action, for which [`Lifecycle::refusal`] has returned `None`.
-    Asked(ProcessAction),
-    /// The launcher kills the process, because the run is over.
-    Killed,
-    /// Time has passed.
-    ClockTicked,
 }
 
 /// A process of the run, whether it exists at the moment or not.

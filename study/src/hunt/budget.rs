@@ -1,4 +1,4 @@
-//! The budget of a hunt: how many faults of which kind, how long and how strong each may be, and when.
+//! The budget of a hunt: how many faults of each kind, how long and how strong they may be, and when.
 //!
 //! A budget is a list such as `2 kills, 1 link fault of at most 1 s, loss at most 30 %, from 20 s to 60 s`. Never knows a
 //! swarm: which UAVs and links there are is the business of [`candidate`](super::candidate).

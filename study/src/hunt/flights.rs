@@ -41,7 +41,7 @@ pub struct Limits {
 /// Why a hunt has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// It has flown as many flights as it may.
+    /// It has flown the largest number of flights that it may.
     Flights,
     /// Nothing got worse for as long as it is patient.
     NothingWorse,

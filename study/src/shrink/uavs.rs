@@ -1,6 +1,6 @@
 //! Scenarios with one UAV less, and with names in place of drawn UAVs.
 //!
-//! Never changes what a fault does, only to whom.
+//! Never changes what a fault does: it changes only the UAVs that the fault acts on.
 
 use ringwing_flight::Part;
 use ringwing_scenario::{
@@ -68,7 +68,7 @@ fn moved(uav: u32, gone: u32) -> Option<u32> {
     (uav != gone).then(|| if uav > gone { uav - 1 } else { uav })
 }
 
-/// The new numbers of those of `uavs` that are left; `None` if there are none.
+/// The new numbers of those of `uavs` that are left; `None` if nobody is left.
 fn others(uavs: &[u32], gone: u32) -> Option<Vec<u32>> {
     let left: Vec<_> = uavs.iter().filter_map(|uav| moved(*uav, gone)).collect();
     (!left.is_empty()).then_some(left)

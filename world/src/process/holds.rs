@@ -80,7 +80,7 @@ impl Holds {
         self.is_next_free |= roster.free_before > self.next;
     }
 
-    /// Turns to the tick `next`, of which only the newest `roster` says whether the world may open it.
+    /// Turns to the tick `next`. Only the newest `roster` says whether the world may open it.
     fn turn_to(&mut self, next: Tick, roster: &Roster) {
         (self.next, self.is_next_free) = (next, roster.free_before > next);
     }
