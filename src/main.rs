@@ -9,6 +9,7 @@ mod compare;
 mod completion;
 mod config;
 mod doctor;
+mod exec;
 mod fault_command;
 mod fault_picture;
 mod help;
@@ -125,7 +126,7 @@ enum Verb {
     BenchPeer(Box<ringwing_bench::PeerArgs>),
     /// (process) Become a program of the user's, which then ends with the launcher
     #[command(hide = true)]
-    Exec(ringwing_bench::ExecArgs),
+    Exec(exec::ExecArgs),
     /// (process) Record a run to MCAP and measure it
     #[command(display_order = 103)]
     Recorder(ringwing_recorder::RecorderArgs),
@@ -220,7 +221,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Shrink(args) => ("", shrink::run(&args)),
         Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
         Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
-        Verb::Exec(args) => ("", launcher::run_exec(&args)),
+        Verb::Exec(args) => ("", exec::run(&args)),
         Verb::Margin(args) => ("", margin::run(&args)),
         Verb::Replay(args) => ("", replay::run(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),

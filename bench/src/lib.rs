@@ -55,10 +55,7 @@ pub use case::{Carrier, Case, Load, Topology};
 pub use case_args::{CaseArgs, FLIGHT_LOG};
 pub use error::BenchError;
 pub use measure::{Measure, MeasureArgs};
-pub use peer_program::{
-    processes::{ExecArgs, exec},
-    program::PeerProgram,
-};
+pub use peer_program::program::PeerProgram;
 pub use report::{Report, run};
 pub use scratch::remove_abandoned;
 pub use transport::peer::{PeerArgs, run as run_peer};

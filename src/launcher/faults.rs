@@ -10,7 +10,7 @@ use super::{
     lifecycle::{Input, RunStage},
     supervisor::Supervisor,
 };
-use ringwing_bus::{OBSERVE, REFUSED, report};
+use ringwing_bus::{OBSERVE, report};
 use ringwing_flight::{Event, Pace, Part, ProcessAction, Tick};
 use ringwing_scenario::fault::schedule::ScheduledAction;
 
@@ -115,7 +115,7 @@ impl Supervisor<'_> {
             return Ok(());
         }
         if self.stage() != RunStage::Flying {
-            request.reply.send("refused: the flight has not begun, or is over");
+            request.reply.refuse("the flight has not begun, or is over");
             return Ok(());
         }
         if let Ok(pause) = request.sentence.parse() {
@@ -135,7 +135,7 @@ impl Supervisor<'_> {
         self.janitor.clean();
         match self.domain.make_room_for_observer(self.plan.scenario.formation.uavs) {
             Ok(()) => reply.send("there is room"),
-            Err(lack) => reply.send(&format!("{REFUSED}{lack}")),
+            Err(lack) => reply.refuse(&lack.to_string()),
         }
     }
 
@@ -147,7 +147,7 @@ impl Supervisor<'_> {
                     self.share_added_faults()?;
                 }
                 Err((LiveRequest { sentence, reply }, why)) => {
-                    reply.send(&format!("{REFUSED}{why}"));
+                    reply.refuse(&why);
                     self.log_event_at(now, Event::FaultRefused { part: None, why, sentence })?;
                 }
             }

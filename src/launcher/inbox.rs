@@ -4,7 +4,7 @@
 //! Must never act on a notice: the supervisor does, one notice at a time.
 
 use super::{LaunchError, fault_queue::LiveRequest};
-use ringwing_bus::{Gate, heeded};
+use ringwing_bus::{Gate, REFUSED, heeded};
 use ringwing_flight::{ProcessEnd, UavId};
 use rustix::{
     event::{PollFd, PollFlags, poll},
@@ -84,6 +84,11 @@ impl Reply {
     pub(super) fn send(mut self, answer: &str) {
         // This fails only if the client has left, and then nobody waits for the answer.
         let _ = writeln!(self.0, "{answer}");
+    }
+
+    /// Refuses what was asked, says `why`, and hangs up.
+    pub(super) fn refuse(self, why: &str) {
+        self.send(&format!("{REFUSED}{why}"));
     }
 }
 

@@ -21,7 +21,6 @@ mod stepper;
 mod supervisor;
 mod viewer;
 
-pub(crate) use own_program::run_exec;
 pub(crate) use progress::Progress;
 pub(crate) use stepper::PauseRequest;
 

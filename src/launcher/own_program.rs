@@ -3,14 +3,13 @@
 //! Must never decide which UAV flies with which program: the scenario does.
 
 use super::LaunchError;
-use ringwing_bench::ExecArgs;
 use ringwing_flight::UavId;
 use ringwing_scenario::{AgentSection, Scenario};
 use rustix::fs::{Access, access};
 use std::{
     env, io,
     path::{Path, PathBuf},
-    process::{Command, ExitCode},
+    process::Command,
 };
 
 /// Makes Python write each line at once. A killed process would lose what it has not written.
@@ -63,12 +62,6 @@ pub(super) fn set_command(command: &mut Command, section: &AgentSection, argumen
         .args(&section.command)
         .args(arguments)
         .env(UNBUFFERED.0, UNBUFFERED.1);
-}
-
-/// Becomes the program of `args`; returns only if that fails.
-pub(crate) fn run_exec(args: &ExecArgs) -> anyhow::Result<ExitCode> {
-    ringwing_bench::exec(args)?;
-    Ok(ExitCode::SUCCESS)
 }
 
 #[cfg(test)]

@@ -45,7 +45,7 @@ impl Supervisor<'_> {
         reply: Reply,
     ) -> Result<(), LaunchError> {
         if self.plan.scenario.pace() == Pace::RealTime {
-            reply.send("refused: a flight in real time follows the wall clock: fly in lockstep to pause it");
+            reply.refuse("a flight in real time follows the wall clock: fly in lockstep to pause it");
             return Ok(());
         }
         let now = self.gate.tick().unwrap_or(Tick(0));

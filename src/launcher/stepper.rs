@@ -3,8 +3,9 @@
 //! The world holds the tick at which the flight stands, as it does for a fault, so a pause does not change a bit of the
 //! flight. The flight stands before a tick: faults of that tick are applied, and no agent has its senses yet.
 //!
-//! Must never touch a process, a socket, a clock or the bus: the supervisor tells it which tick the world holds.
+//! Must never touch a process, a socket, a clock or a service: the supervisor tells it which tick the world holds.
 
+use ringwing_bus::REFUSED;
 use ringwing_flight::Tick;
 use std::{fmt, mem, num::NonZeroU32, str::FromStr};
 
@@ -89,7 +90,7 @@ impl<R> Stepper<R> {
     pub(super) fn submit(&mut self, request: PauseRequest, reply: R, now: Tick) -> Vec<(R, String)> {
         match request {
             _ if !self.is_paused() && request != PauseRequest::Pause => {
-                vec![(reply, "refused: the flight is not paused: `ringwing pause` pauses it".into())]
+                vec![(reply, refused("the flight is not paused: `ringwing pause` pauses it"))]
             }
             PauseRequest::Pause => {
                 let Some(tick) = self.standing else {
@@ -102,7 +103,7 @@ impl<R> Stepper<R> {
             }
             PauseRequest::Step(ticks) => {
                 let Some(tick) = self.standing.take() else {
-                    return vec![(reply, "refused: another step is under way".into())];
+                    return vec![(reply, refused("another step is under way"))];
                 };
                 self.free_before = Tick(tick.0 + i64::from(ticks.get()));
                 self.waiting.push(reply);
@@ -112,7 +113,7 @@ impl<R> Stepper<R> {
                 let tick = self.standing.take().unwrap_or(now);
                 self.free_before = BEYOND_ALL_TICKS;
                 let answer = self.at(tick, "flies on");
-                let mut answers = self.answer_all("refused: the flight was resumed before");
+                let mut answers = self.answer_all(&refused("the flight was resumed before"));
                 answers.push((reply, answer));
                 answers
             }
@@ -141,6 +142,11 @@ impl<R> Stepper<R> {
     fn at(&self, tick: Tick, what: &str) -> String {
         format!("tick {}, {:.2} s: {what}", tick.0, tick.seconds(self.rate_hz))
     }
+}
+
+/// The answer to a request that is refused.
+fn refused(why: &str) -> String {
+    format!("{REFUSED}{why}")
 }
 
 #[cfg(test)]

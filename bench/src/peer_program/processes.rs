@@ -18,13 +18,13 @@ use crate::{
     transport::MessageSizes,
     usage::ProcessUsage,
 };
-use ringwing_bus::{Patience, Placement, die_with, monotonic_ns};
+use ringwing_bus::{Patience, Placement, monotonic_ns};
 use rustix::process::{Pid, Signal, kill_process_group};
 use std::{
     fs,
     io::{BufRead, BufReader, Write},
     os::unix::process::CommandExt,
-    path::{Path, PathBuf},
+    path::Path,
     process::{Child, Command, ExitStatus, Stdio},
     sync::mpsc::{Receiver, RecvTimeoutError, channel},
     thread,
@@ -43,32 +43,6 @@ const POLL_PERIOD: Duration = Duration::from_millis(20);
 const WARM: &str = "warm";
 /// What the world prints when the measured time is over.
 const DONE: &str = "done";
-
-/// A command that ends with its launcher: hidden arguments of `ringwing`.
-#[derive(Debug, Clone, clap::Args)]
-pub struct ExecArgs {
-    /// Process id of the launcher; the command is killed when it ends.
-    #[arg(long)]
-    launcher: u32,
-    /// The folder in which the command starts; by default that of the launcher.
-    #[arg(long)]
-    folder: Option<PathBuf>,
-    /// The program and its arguments.
-    #[arg(last = true, required = true)]
-    command: Vec<String>,
-}
-
-/// Becomes the command of `args`; returns only if that fails.
-pub fn exec(args: &ExecArgs) -> Result<(), BenchError> {
-    // The program itself may not know how to end with its launcher. What this process arranges outlives `exec`.
-    die_with(args.launcher)?;
-    let (program, arguments) = args.command.split_first().ok_or_else(|| BenchError::case("no command"))?;
-    // Change this process's folder, and not that of the command alone: a relative program counts from it, too.
-    if let Some(folder) = &args.folder {
-        std::env::set_current_dir(folder).map_err(BenchError::file(folder, "entered"))?;
-    }
-    Err(BenchError::file(program, "started")(Command::new(program).args(arguments).exec()))
-}
 
 /// Measures `case` with `program`, and writes the trace to the file that `measure` names.
 pub(crate) fn run(

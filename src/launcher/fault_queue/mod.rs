@@ -14,6 +14,7 @@
 #[cfg(test)]
 mod tests;
 
+use ringwing_bus::REFUSED;
 use ringwing_flight::{Event, Pace, Part, ProcessAction, Roster, Tick, TimedEvent};
 use ringwing_scenario::{
     Action, Fault, Scenario,
@@ -402,7 +403,7 @@ fn answer<R>(scenario: &Scenario, request: &AcceptedRequest<R>) -> String {
     let AcceptedRequest { fault, warning, refusals, .. } = request;
     let done = format!("tick {}, {:.2} s: {}", tick_of(scenario, fault).0, fault.at_s, fault.action);
     if !refusals.is_empty() {
-        return format!("refused: {} ({done})", refusals.join(", "));
+        return format!("{REFUSED}{} ({done})", refusals.join(", "));
     }
     warning.as_ref().map_or(done.clone(), |warning| format!("{done}\nwarning: {warning}"))
 }
