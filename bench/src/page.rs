@@ -39,6 +39,7 @@ pub(crate) fn render(results: &Results, pictures: &[Picture], charts: &str) -> S
         Drawing::Chart(chart) => {
             Some(PageFigure { id: picture.name(), figure: chart.figure(), is_over_time: false })
         }
+        // A strip stands in the page as SVG already, so the script has nothing to draw for it.
         Drawing::Strip(_) => None,
     });
     html::interactive_page("bench", &body.concat(), drawn.collect())
@@ -59,6 +60,7 @@ fn opening(results: &Results) -> String {
 
 /// How long a tick of the swarm takes: that is what people came for.
 fn tiles(results: &Results) -> String {
+    // A case that failed before its first repeat has no time to show.
     let swarm =
         |measured: &&Measured| measured.case.carrier == Carrier::Swarm && !measured.repeats.is_empty();
     let tile = |measured: &Measured| {
@@ -159,6 +161,7 @@ fn grid<'a>(
     rows: impl IntoIterator<Item = Vec<String>>,
 ) -> String {
     let line = |cells: &mut dyn Iterator<Item = String>, tag: &str| {
+        // HTML ends rows and cells without closing tags, which would take more room than most of the numbers.
         let mut line = "<tr>".to_owned();
         for (column, cell) in cells.enumerate() {
             let class = if column < names { "" } else { " class=\"number\"" };

@@ -128,6 +128,7 @@ impl Processes {
             let child = placement.start(place as usize, || command.spawn());
             processes.children.push(child.map_err(BenchError::system("a peer cannot be started"))?);
         }
+        // A thread reads the lines, because reading blocks, and meanwhile all processes have to be watched.
         if let Some(stdout) = processes.children[0].stdout.take() {
             let lines = BufReader::new(stdout).lines().map_while(Result::ok);
             thread::spawn(move || lines.map(|line| sender.send(line)).all(|sent| sent.is_ok()));
@@ -139,6 +140,7 @@ impl Processes {
     fn measure(&mut self, contract: &Contract<'_>) -> Result<TraceHead, BenchError> {
         let start = PATIENCE + PATIENCE_PER_PROCESS * self.children.len() as u32;
         self.wait_for_line(WARM, Duration::from_secs_f64(contract.warm_up_s) + start)?;
+        // Read while the world waits for its answer: no tick runs then, so the readings cut none in two.
         let used_before = self.usage();
         let began_ns = monotonic_ns();
         self.let_world_go_on()?;
@@ -235,6 +237,7 @@ fn command(program: &PeerProgram, contract: &Contract<'_>, uav: Option<u32>) -> 
     command.args(&program.command).args(contract.arguments(uav));
     // In a process group of its own, so that what it starts can be killed with it.
     command.stdin(Stdio::null()).stdout(Stdio::null()).process_group(0);
+    // Only the world reports and waits for answers. An agent that prints must not fill a pipe that nobody reads.
     if uav.is_none() {
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
     }

@@ -22,6 +22,7 @@ impl FromStr for PeerProgram {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, line) = text.split_once('=').ok_or("write NAME=COMMAND, such as mine=./my-peer")?;
+        // The name becomes a part of the labels of cases, whose parts are set apart by commas and spaces.
         let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
         if name.is_empty() || name.len() > NAME_MAX || !name.chars().all(is_plain) {
             return Err(format!(

@@ -60,6 +60,7 @@ impl RecordFiles {
                  nanoseconds of CLOCK_MONOTONIC"
             ));
         }
+        // Only measured ticks: the schedule starts anew after the warm-up, so due times across it fit no grid.
         let ticks = tick_records(case.load, &measured).map_err(|why| format!("{WORLD_FILE}: {why}"))?;
         let mut steps = Vec::with_capacity(ticks.len() * self.agents.len());
         for (member, file) in self.agents.iter().enumerate() {
@@ -92,6 +93,7 @@ fn world_records(bytes: &[u8]) -> Result<Vec<WorldRecord>, String> {
             if tick != last.tick + 1 {
                 return Err(format!("tick {tick} follows tick {}", last.tick));
             }
+            // A world that does not wait for all answers measures how fast it sends, and not how long a tick takes.
             if opened_ns < last.collected_ns {
                 return Err(format!("tick {tick} was opened before tick {} was answered", last.tick));
             }
@@ -113,6 +115,7 @@ fn tick_records(load: Load, world: &[WorldRecord]) -> Result<Vec<TickRecord>, St
         tick: record.tick,
         intended_ns: if load == Load::Closed { record.opened_ns } else { record.due_ns },
         opened_ns: record.opened_ns,
+        // The records hold no such times. Equal stamps make these steps 0 instead of inventing a share.
         published_ns: record.opened_ns,
         looked_ns: record.collected_ns,
         collected_ns: record.collected_ns,

@@ -45,6 +45,7 @@ impl PeerConnection {
             let (near, far) = UnixDatagram::pair()?;
             return Ok([vec![near.into()], vec![far.into()]]);
         }
+        // A pipe goes one way only, so each direction has its own.
         let ((near_in, far_out), (far_in, near_out)) = (io::pipe()?, io::pipe()?);
         Ok([vec![near_out.into(), near_in.into()], vec![far_out.into(), far_in.into()]])
     }
@@ -53,6 +54,7 @@ impl PeerConnection {
     pub(super) fn from_end(carrier: &Carrier, end: Vec<OwnedFd>) -> io::Result<Self> {
         let mut descriptors = end.into_iter();
         match (carrier, descriptors.next(), descriptors.next()) {
+            // The order is that of `pair`: the writing end comes first.
             (Carrier::Pipe, Some(out), Some(back)) => Ok(Self::pipe(out, back)),
             (Carrier::PipePolled, Some(out), Some(back)) => Self::polled(out, back),
             (Carrier::UnixDatagram, Some(socket), None) => Ok(Self::UnixDatagram(socket.into())),
@@ -142,6 +144,7 @@ fn uninterrupted<T>(mut call: impl FnMut() -> io::Result<T>) -> io::Result<T> {
 fn write_polled(out: &mut File, message: &[u8]) -> io::Result<()> {
     let mut sent = 0;
     while sent < message.len() {
+        // A pipe takes only what it has room for, so a long message needs several writes.
         sent += yield_until_ready(|| out.write(&message[sent..]))?;
     }
     Ok(())
@@ -151,6 +154,7 @@ fn read_polled(back: &mut File, message: &mut [u8]) -> io::Result<()> {
     let mut read = 0;
     while read < message.len() {
         match yield_until_ready(|| back.read(&mut message[read..]))? {
+            // A pipe whose other end is closed reads as empty and not as an error; without this, the loop never ends.
             0 => return Err(ErrorKind::UnexpectedEof.into()),
             count => read += count,
         }
@@ -162,6 +166,7 @@ fn yield_until_ready(mut call: impl FnMut() -> io::Result<usize>) -> io::Result<
     loop {
         match call() {
             Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
+                // On a shared core, the other process cannot empty or fill the pipe before this one yields.
                 thread::yield_now();
             }
             result => return result,

@@ -164,6 +164,7 @@ impl Hub<'_> {
         let in_time = || if since.elapsed() < PEER_TIMEOUT { Ok(()) } else { Err(no_answer()) };
         match &mut self.to_peers {
             ToPeers::Gate => {
+                // A wait also ends early, for example when somebody nudges the world, so it does not prove an answer.
                 while !self.gate.is_answered() {
                     self.gate.wait_for_answers(&mut self.strategy, PEER_TIMEOUT);
                     in_time()?;
@@ -189,6 +190,7 @@ impl Hub<'_> {
         match &mut self.to_peers {
             ToPeers::Gate => self.gate.close(),
             ToPeers::Futex(words) | ToPeers::Turns(words) => words.end(),
+            // A connection carries only messages, so the end of the run is the number of a tick that never comes.
             ToPeers::Links(_) => self.open(END)?,
         }
         Ok(())

@@ -49,6 +49,7 @@ impl Mesh {
         let mut mesh =
             Self { world: Vec::new(), leader: Vec::new(), agents: (0..agents).map(|_| Vec::new()).collect() };
         let pair = || PeerConnection::pair(&case.carrier);
+        // The order of these loops counts: `receive_ends` tells connections apart by their places alone.
         join(pair()?, &mut mesh.world, &mut mesh.leader);
         for agent in &mut mesh.agents {
             join(pair()?, &mut mesh.world, agent);
@@ -91,6 +92,7 @@ pub(super) fn send_ends(socket: &UnixDatagram, ends: Vec<End>) -> io::Result<()>
         let descriptors: Vec<BorrowedFd> = batch.iter().map(AsFd::as_fd).collect();
         let mut space = [MaybeUninit::uninit(); cmsg_space!(ScmRights(BATCH))];
         let mut ancillary = SendAncillaryBuffer::new(&mut space);
+        // Descriptors that do not fit would be left out silently, and the receiver would wait for them forever.
         if !ancillary.push(SendAncillaryMessage::ScmRights(&descriptors)) {
             return Err(io::Error::other("too many descriptors for one message"));
         }
@@ -109,6 +111,7 @@ pub(super) fn receive_ends(
     let connections = if part == Part::Leader { 1 + case.uavs as usize } else { 4 };
     let per_end = if case.carrier == Carrier::UnixDatagram { 1 } else { 2 };
     let mut descriptors = Vec::new();
+    // No message says that it is the last: the number of descriptors decides, and both sides know it from the case.
     while descriptors.len() < connections * per_end {
         receive_batch(socket, &mut descriptors)?;
     }

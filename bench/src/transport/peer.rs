@@ -80,7 +80,9 @@ pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
     while let Some((tick, woke_ns)) = to_hub.next_tick(&stop).map_err(BenchError::system("no tick"))? {
         to_hub.read_inputs(tick).map_err(BenchError::system("an input is missing"))?;
         let read_ns = monotonic_ns();
+        // Two stamps in a row: a peer computes nothing, so its time to compute is what a stamp costs.
         let sent_ns = monotonic_ns();
+        // Stamped before: an answer may be read while this process still sends it, and the way back begins here.
         to_hub.answer(tick).map_err(BenchError::system("a tick cannot be answered"))?;
         let member = args.member.unwrap_or_default();
         trace.steps.push(StepRecord { tick, woke_ns, read_ns, sent_ns, member, ..StepRecord::default() });
@@ -105,6 +107,7 @@ impl ToHub {
         let failed = BenchError::system("the hub cannot be reached");
         match args.case.carrier {
             Carrier::Gate | Carrier::Swarm => {
+                // As the hub does: in a closed loop a wait ends within microseconds, and paced at a time that is known.
                 let is_closed = args.case.load == Load::Closed;
                 let strategy = if is_closed {
                     WaitStrategy::yielding(args.case.uavs + 1)
@@ -175,6 +178,7 @@ impl ToHub {
             },
             Self::Futex { words, seen, .. } => words.wait(*seen).inspect(|round| *seen = *round).map(tick_of),
             Self::Turns { words, seen } => {
+                // The word is 2 tick + 1 in the turn of the peer, so half of it, rounded down, is the tick.
                 words.spin_while(*seen).inspect(|round| *seen = *round).map(|round| i64::from(round / 2))
             }
             Self::Hub(world) | Self::MeshAgent { world, .. } | Self::MeshLeader { world, .. } => {

@@ -54,8 +54,10 @@ impl Peers {
         raise_open_files_limit()?;
         let mut peers =
             Self::prepare_all(case).map_err(BenchError::system("the transport cannot be opened"))?;
+        // The leader of a mesh is the peer without a number, and starts last because it has the last place.
         let leader = peers.mesh.is_some().then_some(None);
         for member in (0..case.uavs).map(Some).chain(leader) {
+            // Not the path of this program: an update may have replaced the file while the benchmark runs.
             let mut command = Command::new("/proc/self/exe");
             command.arg("bench-peer").args(["--case", &case.to_string()]);
             command.args(member.iter().flat_map(|member| ["--member".into(), member.to_string()]));
@@ -94,6 +96,7 @@ impl Peers {
             let (ours, theirs) = UnixDatagram::pair()?;
             command.stdin(OwnedFd::from(theirs)).stdout(Stdio::null());
             self.children.push((part, placement.start(place, || command.spawn())?));
+            // Sending an end also closes it here, so the hub holds fewer descriptors with each peer that starts.
             return send_ends(&ours, mesh.take(part));
         }
         self.prepare(&case.carrier, &mut command)?;

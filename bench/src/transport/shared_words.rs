@@ -53,6 +53,7 @@ impl SharedWords {
 
     /// Opens `round` for all peers.
     pub(super) fn broadcast(&self, round: u32) {
+        // Before the round: a peer answers as soon as it sees the round, and a later reset would erase its answer.
         self.done().store(0, SeqCst);
         self.round().store(round, SeqCst);
         futex::wake_all(self.round());
@@ -69,6 +70,7 @@ impl SharedWords {
 
     /// Waits for another round than `seen`; returns `None` after the last one.
     pub(super) fn wait(&self, seen: u32) -> Option<u32> {
+        // A sleep ends early after a signal, and after 50 ms in any case, so only the word tells.
         while self.round().load(SeqCst) == seen {
             futex::wait(self.round(), seen, Duration::MAX);
         }
@@ -77,6 +79,7 @@ impl SharedWords {
 
     /// Answers the round; the last of all `peers` wakes the hub.
     pub(super) fn answer(&self, peers: u32) {
+        // The others wake nobody: the hub would only look and sleep again, once for each peer.
         if self.done().fetch_add(1, SeqCst) + 1 >= peers {
             futex::wake_all(self.done());
         }

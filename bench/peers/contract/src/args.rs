@@ -58,6 +58,7 @@ impl Args {
 
 /// The value that follows `name`.
 fn value<T: FromStr>(words: &[String], name: &str) -> Result<T, Failure> {
+    // By name and not by place: the words before are those that the user put behind the program.
     let place = words.iter().position(|word| word == name);
     let text = place.and_then(|place| words.get(place + 1)).ok_or_else(|| format!("{name} is missing"))?;
     text.parse().map_err(|_| format!("{name} {text}: not a value").into())

@@ -56,6 +56,7 @@ fn tick_in(message: &[u8]) -> Result<i64, Failure> {
 
 /// Runs ticks as the world, from the warm-up to the end.
 pub fn run_world(args: &Args, world: &mut impl World) -> Result<(), Failure> {
+    // One clock for the warm-up and the measured time: the numbers of ticks must have no gap between the two.
     let mut clock = Clock { args, world, tick: 0, trace: Trace::default() };
     clock.run_ticks(args.warm_up_s)?;
     report("warm")?;
@@ -84,9 +85,11 @@ struct Clock<'a, W> {
 
 impl<W: World> Clock<'_, W> {
     fn run_ticks(&mut self, seconds: f64) -> Result<(), Failure> {
+        // A rate of 0 means a closed loop, which has no period.
         let period_ns = 1_000_000_000_u64.checked_div(self.args.rate_hz);
         let begin_ns = now_ns();
         let end_ns = begin_ns + (seconds * 1e9) as u64;
+        // The contract has the first tick due a period after the start, not at once.
         let mut due_ns = begin_ns + period_ns.unwrap_or(0);
         // A tick that was due in time still runs, however late it begins.
         while period_ns.map_or_else(now_ns, |_| due_ns) < end_ns {

@@ -26,6 +26,7 @@ impl ZmqWorld {
         let mut world = Self { runtime, socket, agents: Vec::new() };
         for _ in 0..args.uavs {
             let mut hello = world.runtime.block_on(world.socket.recv())?;
+            // The ROUTER socket puts the sender's identity before each message; the greeting itself does not matter.
             hello.split_off(1);
             world.agents.push(hello);
         }
