@@ -91,6 +91,7 @@ fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> TickSamples {
     (samples.tick, samples.leader) = (tick, Some(leader(tick, centre.into())));
     for uav in UavId::all(uavs) {
         let slot = scenario.formation().slot(uav.0, centre);
+        // A phase of its own for each UAV: swinging alike, they would keep their distances.
         let phase = time_s + f64::from(uav.0);
         let place = [slot.x + swing_m * phase.sin(), slot.y + swing_m * (1.3 * phase).cos()];
         let heading_rad = (0.1 * phase).sin() * swing_m;
@@ -154,6 +155,7 @@ pub(crate) fn record(path: &Path, scenario: &Scenario, frames: &[Frame]) {
 pub(crate) fn record_and_die(path: &Path, scenario: &Scenario, frames: &[Frame]) {
     let mut recording = recording(path, scenario);
     observe(&mut recording, frames);
+    // Dropped, the writer would still finish the file, which a process that is killed cannot do.
     std::mem::forget(recording);
 }
 

@@ -31,6 +31,7 @@ impl Gaps {
 
     /// Takes the frame of `tick`; returns the gap before it, if there is one.
     pub(crate) fn pass(&mut self, tick: i64) -> Option<Gap> {
+        // At first 0: the flight begins there, so a recorder that joins late finds the ticks that it missed.
         let first_tick = std::mem::replace(&mut self.expected, tick + 1);
         if tick <= first_tick {
             return None;

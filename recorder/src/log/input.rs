@@ -48,6 +48,7 @@ pub fn locate(log: &Path) -> Result<PathBuf, ReadError> {
     }
     logs.sort();
     let own = folder.file_name().map(|name| format!("{}.mcap", name.to_string_lossy()));
+    // A recovered or packed copy may lie beside the log. Without this order, it would make the folder ambiguous.
     let preferred = [own.as_deref(), Some(EARLIER_NAME)];
     let found = preferred.into_iter().flatten().find(|name| logs.iter().any(|log| log == name));
     match (found, logs.as_slice()) {
@@ -83,6 +84,7 @@ fn open_file(path: &Path) -> Result<File, ReadError> {
 fn open_standard_input() -> Result<File, ReadError> {
     let path = || PathBuf::from(STANDARD_INPUT);
     let unreadable = |source| ReadError::Unreadable { path: path(), source };
+    // A duplicate, because dropping the file would close standard input.
     let input = io::stdin().as_fd().try_clone_to_owned().map(File::from).map_err(unreadable)?;
     let kind = input.metadata().map_err(unreadable)?.file_type();
     if kind.is_file() {
@@ -99,6 +101,7 @@ fn copy_of_pipe(pipe: impl Read, path: &Path) -> Result<File, ReadError> {
     let mut start = Vec::new();
     let unreadable = |source| ReadError::Unreadable { path: path.to_owned(), source };
     pipe.by_ref().take(MAGIC.len() as u64).read_to_end(&mut start).map_err(unreadable)?;
+    // A pipe cannot be rewound, so `start` is put in front of the rest below.
     let is_known = start == MAGIC || start.starts_with(&ZSTD_MAGIC);
     let most = if is_known { u64::MAX } else { LONGEST_NOISE };
     let Copied { file, problem } = copy(start.as_slice().chain(pipe).take(most), path)?;
@@ -142,6 +145,7 @@ fn copy(mut source: impl Read, path: &Path) -> Result<Copied, ReadError> {
             Ok(0) => break None,
             Ok(bytes) => copy.write_all(&buffer[..bytes]).map_err(full)?,
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            // Left to the caller, because what came before the error may be worth reading.
             Err(error) => break Some(error),
         }
     };

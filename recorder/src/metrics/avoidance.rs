@@ -46,9 +46,11 @@ impl AvoidanceWatch {
 
     /// Takes the next frame.
     pub(super) fn observe(&mut self, frame: &Frame) -> Avoidance {
+        // Only the first frame changes the length, because the number of UAVs in a frame is that of the swarm.
         self.acting_ticks.resize(frame.uavs.len(), 0);
         let mut now = Avoidance::default();
         for (index, uav) in frame.uavs.iter().enumerate() {
+            // In its failsafe, an airframe flies no command, whatever its agent still sends.
             let control = uav.commanded().and(uav.control.as_ref());
             self.commands += u64::from(control.is_some());
             match control.and_then(departure) {
@@ -76,6 +78,7 @@ impl AvoidanceWatch {
 
     /// Share of the commands that a filter changed; `None` without filters.
     pub(super) fn share(&self) -> Option<f64> {
+        // A share of 0 would say of a swarm without filters that its filters never acted.
         (self.is_on && self.commands > 0).then(|| self.acted as f64 / self.commands as f64)
     }
 

@@ -60,6 +60,7 @@ impl ChanceWatch {
             listed_chances: Vec::new(),
             broke_lockstep: None,
         };
+        // Even an undisturbed flight in real time may differ the next time, so it is never repeatable.
         if watch.is_real_time {
             let what = "the wall clock decides which data arrive in time".to_owned();
             watch.add_chance(ChanceEvent { what, time_s: 0.0 });
@@ -81,6 +82,7 @@ impl ChanceWatch {
         }
         if event.is_by_chance() {
             let chance = self.chance(timed);
+            // Kept by itself, because the list may be full by then. In real time there is no lockstep to break.
             if event.breaks_lockstep() && !self.is_real_time {
                 self.broke_lockstep.get_or_insert_with(|| chance.clone());
             }
@@ -102,6 +104,7 @@ impl ChanceWatch {
     }
 
     fn add_loss(&mut self, part: Part, tick: Tick, end: ProcessEnd) {
+        // A frozen process that dies is one loss and not two.
         self.frozen.remove(&part);
         self.losses += 1;
         if self.listed_losses.len() < LISTED {
@@ -125,6 +128,7 @@ impl ChanceWatch {
         let frozen = |(part, tick): (&Part, &Tick)| {
             self.loss(*part, *tick, "frozen (SIGSTOP) and never thawed".into(), None)
         };
+        // This cannot underflow, because `add_loss` stops at `LISTED`.
         let room = LISTED - self.listed_losses.len();
         self.listed_losses.iter().cloned().chain(self.frozen.iter().map(frozen).take(room)).collect()
     }

@@ -67,6 +67,7 @@ fn ages(frame: &Frame) -> (Option<f64>, Option<f64>) {
         .flatten();
     let (count, largest, sum) =
         ages.fold((0, 0.0_f64, 0.0), |(count, largest, sum), age| (count + 1, largest.max(age), sum + age));
+    // Without data there is no age: 0 would say that the data are fresh.
     let some = |value: f64| (count > 0).then_some(value);
     (some(largest), some(sum / f64::from(count.max(1))))
 }

@@ -25,6 +25,7 @@ impl Wholeness {
     /// Of a tick in which this many UAVs fly on command, with this largest slot error.
     pub(super) fn of(commanded: u32, slot_error_max_m: Option<f64>) -> Self {
         match slot_error_max_m {
+            // First of all: without a UAV there is no slot error either, and an empty sky would pass for unmeasured.
             _ if commanded == 0 => Self::Broken,
             None => Self::Unmeasured,
             Some(error_m) if error_m <= TOLERANCE_M => Self::Whole,
@@ -45,6 +46,7 @@ impl Hold {
     pub(super) fn observe(&mut self, tick: i64, wholeness: Wholeness, rate_hz: u32) {
         self.ticks = match (wholeness, self.ticks) {
             (Wholeness::Broken, _) => None,
+            // It neither ends nor extends the hold: the next whole tick decides by the length of the gap.
             (Wholeness::Unmeasured, ticks) => ticks,
             (Wholeness::Whole, Some((since, until))) if tick - until <= ticks(UNMEASURED_S, rate_hz) => {
                 Some((since, tick))
@@ -60,6 +62,7 @@ impl Hold {
 
     /// The first tick of the present hold, if it has lasted long enough for a formation that is there to stay.
     pub(super) fn settled_since(&self, rate_hz: u32) -> Option<i64> {
+        // Up to the last whole tick: time that nobody measured at the end does not count.
         self.ticks.filter(|(since, until)| until - since >= ticks(HOLD_S, rate_hz)).map(|(since, _)| since)
     }
 }

@@ -29,6 +29,7 @@ impl IntruderWatch {
         let (distance_m, uav) =
             distances.min_by(|one, other| one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)))?;
         let is_closer = self.closest.is_none_or(|closest| distance_m < closest.distance_m);
+        // JSON has no infinity, and no later distance would be closer than one that is not a number.
         if distance_m.is_finite() && is_closer {
             self.closest = Some(IntruderSummary { intruder: self.number, distance_m, uav, time_s });
         }

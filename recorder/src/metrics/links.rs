@@ -48,6 +48,7 @@ impl From<&LinkCounts> for LinkTotals {
 
 impl LinkTotals {
     fn add(&mut self, counts: &Self) {
+        // Without `acted`: it is the number of a fault and not a count.
         self.offered += counts.offered;
         self.delivered += counts.delivered;
         self.late += counts.late;

@@ -65,6 +65,7 @@ impl FlownRing {
             self.living.turn_to(manoeuvre);
             self.begun += 1;
         }
+        // `reform` first: `||` would skip it when a manoeuvre begins, and the ring would keep a lost UAV for a tick.
         if self.living.reform(is_commanded) || self.begun > before {
             self.places = places(&self.living, self.uavs());
         }
@@ -82,6 +83,7 @@ impl FlownRing {
 
     /// The radius of the circle that the slots lie on, m; `None` in another shape than a ring, or if nobody is left.
     pub fn radius_m(&self) -> Option<f64> {
+        // One slot is enough: all slots of a ring lie on one circle.
         let first = self.members().next().map(|(_, place)| place.radius_m);
         first.filter(|_| *self.living.formation().shape() == Shape::Ring)
     }

@@ -89,6 +89,7 @@ fn judge_clearances(least_m: f64, scenario: &Scenario, summary: &FlightSummary) 
             "clearance not measured, as there is no obstacle, required at least {least_m} m"
         )];
     }
+    // An obstacle that no UAV was measured against has no entry. Unchecked, it would pass.
     let has_clearance = |name: &str| summary.obstacles.iter().any(|measured| measured.name == name);
     let missing = obstacles.iter().filter(|obstacle| !has_clearance(&obstacle.name));
     let missing = missing.map(|obstacle| {
@@ -119,6 +120,7 @@ fn judge_separation(least_m: f64, summary: &FlightSummary) -> Option<String> {
 }
 
 fn judge_intruders(least_m: f64, summary: &FlightSummary) -> Option<String> {
+    // The nearest intruder decides: if it keeps the distance, all do.
     let closest = summary.intruders.iter().min_by(|one, other| one.distance_m.total_cmp(&other.distance_m));
     let Some(closest) = closest else {
         return Some(format!(

@@ -85,6 +85,7 @@ impl Assembly {
         loop {
             let oldest = self.ticks.first_entry().filter(|entry| *entry.key() < end)?;
             let assembled = oldest.remove();
+            // Also for a tick that is left out: data that still come for it must not bring it back after a later one.
             self.next = assembled.samples.tick + 1;
             if assembled.has_journal {
                 return Some(assembled);
@@ -98,6 +99,7 @@ impl Assembly {
     }
 
     fn at(&mut self, tick: i64) -> Option<&mut Assembled> {
+        // The frame of such a tick is written already, so what comes for it now is too late.
         if tick < self.next {
             return None;
         }
@@ -108,6 +110,7 @@ impl Assembly {
                 timing: None,
                 has_journal: false,
             });
+            // A recycled tick still holds the payloads of the tick that it was before.
             fresh.samples.restart(tick);
             (fresh.timing, fresh.has_journal) = (None, false);
             fresh

@@ -43,10 +43,12 @@ impl Observation {
         let (uavs, rate_hz) = (scenario.formation.uavs, scenario.time.rate_hz);
         Ok(Self {
             ports: FlightPorts::of_observer(observer.node(), uavs)?,
+            // From tick 0 on: the flight begins there, and the approach tick before it is not shown.
             assembly: Assembly::new(uavs, 0),
             follower: Follower::new(scenario),
             frame: Frame::new(scenario),
             clock: Clock::new(rate_hz),
+            // In lockstep nothing is late: the world opens no tick before all have answered the last one.
             patience: if scenario.time.real_time { i64::from(rate_hz) / PATIENCE_PER_S } else { 0 },
         })
     }

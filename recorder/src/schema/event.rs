@@ -48,6 +48,7 @@ pub struct LoggedEvent {
     /// The whole event as JSON.
     #[prost(string, tag = "12")]
     pub json: String,
+    // A new field takes the next tag, wherever it stands: readers know the fields of earlier logs by their tags.
     /// The number of the intruder concerned, from 1; 0 if the event concerns no intruder.
     #[prost(uint32, tag = "13")]
     pub intruder: u32,
@@ -77,6 +78,7 @@ impl EventWriter {
     /// The message for `/events`.
     pub(crate) fn message(&self, timed: &TimedEvent) -> LoggedEvent {
         let event = &timed.event;
+        // Absent and not 0 without a place: the origin is a place, too.
         let [x_m, y_m] = position_m(event).map_or([None; 2], |position_m| position_m.map(Some));
         let collider = collider(event);
         LoggedEvent {
@@ -97,6 +99,7 @@ impl EventWriter {
             y_m,
             sentence: sentence(event).into(),
             text: self.scenario.event_text(event),
+            // Whole, because readers take the event from here: the fields above hold only what tables have columns for.
             json: serde_json::to_string(timed).expect("an event is plain data"),
             intruder: match collider {
                 Some(Collider::Intruder(intruder)) => intruder.0,
@@ -143,6 +146,7 @@ fn uav(event: &Event) -> Option<UavId> {
         | Event::NearMiss { uav, .. }
         | Event::Failsafe { uav, .. }
         | Event::WishNotFinite { uav } => Some(*uav),
+        // So a search for a UAV also finds what happened to the process of its agent.
         other => match part(other) {
             Some(Part::Agent(uav)) => Some(uav),
             _ => None,
@@ -162,6 +166,7 @@ fn part(event: &Event) -> Option<Part> {
         | Event::ProcessSilent { part, .. }
         | Event::FaultLate { part, .. }
         | Event::ProcessFault { part, .. } => Some(*part),
+        // A refused sentence may name no process at all.
         Event::FaultRefused { part, .. } => *part,
         _ => None,
     }

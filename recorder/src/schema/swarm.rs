@@ -135,6 +135,7 @@ pub struct SwarmMetrics {
 impl SwarmState {
     /// The UAVs of `frame`.
     pub(crate) fn of(frame: &Frame) -> Self {
+        // A UAV that left the sky has no row: zeros would show it at the origin.
         let states = frame.uavs.iter().filter_map(|uav| uav.state.as_ref());
         Self { tick: frame.tick, uavs: states.map(SwarmUav::of).collect() }
     }

@@ -79,6 +79,7 @@ impl UavTopic {
     /// What `topic` is about, if it is one of a single UAV.
     pub fn parse(topic: &str) -> Option<Self> {
         let (_number, suffix) = topic.strip_prefix("/uav/")?.split_once('/')?;
+        // The number is not checked: a log may be of a larger swarm, whose numbers have more digits.
         [Self::Control, Self::State].into_iter().find(|kind| kind.suffix() == suffix)
     }
 
@@ -108,6 +109,7 @@ pub fn is_judged(topic: &str) -> bool {
 
 /// Whether ringwing writes `topic`; other programs may add theirs to a log.
 pub fn is_known(topic: &str) -> bool {
+    // `ALL` cannot list the topics of single UAVs: how many there are depends on the scenario.
     ALL.contains(&topic) || UavTopic::parse(topic).is_some()
 }
 

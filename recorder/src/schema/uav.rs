@@ -202,6 +202,7 @@ impl UavState {
             slot_m: self.slot_x_m.zip(self.slot_y_m).map(Into::into),
             slot_error_m: self.slot_error_m,
             obstacle_distance_m: self.obstacle_distance_m,
+            // A mode that this version does not know reads as `unknown`, and the rest of the state stays usable.
             mode: FlightMode::from_name(&self.mode),
         }
     }
@@ -278,6 +279,7 @@ impl UavControl {
             lost_fingerprint: self.lost_fingerprint,
             wish_speed_m_s: self.wish_speed_m_s,
             wish_turn_rate_rad_s: self.wish_turn_rate_rad_s,
+            // The place tells whether the filter acts: an obstacle that it avoids has no number.
             avoided: self.avoided_x_m.zip(self.avoided_y_m).map(|(x, y)| AvoidedThing {
                 uav: self.avoided_uav,
                 intruder: self.avoided_intruder,

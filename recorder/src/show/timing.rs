@@ -39,6 +39,7 @@ impl TimingWatch {
 /// The smallest of the `sorted` values that at least `per_cent` % of them do not exceed.
 fn nearest_rank(sorted: &[u64], per_cent: usize) -> Option<u64> {
     let rank = (per_cent * sorted.len()).div_ceil(100);
+    // Ranks count from 1. Without a tick the rank is 0, and there is no percentile.
     sorted.get(rank.checked_sub(1)?).copied()
 }
 

@@ -82,6 +82,7 @@ impl Channels {
     /// How many messages of each topic that a verdict needs are among these `counts`, which are by channel: metadata that
     /// shows a reader whether another program has left messages out.
     pub(super) fn judged_counts(&self, counts: &[u64]) -> BTreeMap<String, String> {
+        // In the order of `judged_groups`, to which they are matched by place.
         let sums = [
             sum(counts, [self.events]),
             sum(counts, [self.links]),
@@ -99,6 +100,7 @@ impl Channels {
 impl UavChannels {
     fn register<S: MessageSink>(sink: &mut S, uav: UavId, uavs: u32) -> Result<Self, S::Error> {
         Ok(Self {
+            // `control` before `state`, as the topics sort.
             control: channel::<UavControl, S>(sink, &UavTopic::Control.name(uav.0, uavs))?,
             state: channel::<UavState, S>(sink, &UavTopic::State.name(uav.0, uavs))?,
         })

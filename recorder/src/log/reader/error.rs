@@ -110,6 +110,7 @@ impl ReadError {
         let name =
             |run: &BTreeMap<String, String>| Some(format!("{}, seed {}", run.get("name")?, run.get("seed")?));
         let names: Vec<String> = runs.iter().filter_map(name).collect();
+        // With a single `run`, the flights differ in another record, and its name would tell of one flight alone.
         let flights = if names.len() > 1 { format!(": {}", names.join(" and ")) } else { String::new() };
         Self::TwoFlights { path: path.to_owned(), flights }
     }

@@ -68,6 +68,7 @@ fn missing_uavs(survey: &Survey, scenario: &Scenario) -> Option<String> {
 /// The topics with fewer messages in the log than its recorder wrote. Logs of earlier versions do not say that.
 fn missing_messages(survey: &Survey) -> Vec<String> {
     let missing = |group: &String| {
+        // A log that was cut has no such record. That it has no end is reported elsewhere.
         let written: u64 = survey.results.first()?.get(&channels::count_key(group))?.parse().ok()?;
         let of_group = survey.messages.iter().filter(|(topic, _)| topics::group(topic) == *group);
         let found: u64 = of_group.map(|(_, count)| count).sum();

@@ -53,6 +53,7 @@ impl Survey {
                 survey.take(record, &topics);
             }
         }
+        // Asked last: `salvage` finds damages and the end of the data only while it is read.
         survey.damages = salvage.damages().clone();
         survey.has_ended = salvage.has_ended();
         survey
@@ -78,6 +79,7 @@ impl Survey {
             self.unnamed += 1;
             return;
         };
+        // Not by `entry`, which would copy the name of the topic for every message.
         match self.messages.get_mut(&topic.name) {
             Some(count) => *count += 1,
             None => drop(self.messages.insert(topic.name.clone(), 1)),

@@ -29,6 +29,7 @@ pub(super) fn intruder_frame(number: usize) -> String {
 
 /// Everything in `scenario` that moves by itself.
 pub(crate) fn movers(scenario: &Scenario) -> Vec<Mover> {
+    // Numbered before they are filtered: the number is that in the scenario, as `surroundings` draws it.
     let obstacles = (1..).zip(&scenario.obstacles).filter(|(_, obstacle)| obstacle.moves());
     let obstacles = obstacles.map(|(number, one)| (obstacle_frame(number), one.route(), false));
     let intruders = (1..).zip(&scenario.intruders);

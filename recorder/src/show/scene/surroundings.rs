@@ -38,6 +38,7 @@ const PATH_PLACES: u32 = 1000;
 /// The obstacles, each with its name and the circle within which it repels, and the intruders: `/scene/obstacles`.
 pub(crate) fn obstacles(scenario: &Scenario, clock: Clock, tick: i64) -> SceneUpdate {
     let obstacles = scenario.all_obstacles();
+    // The listed obstacles come first, so their numbers are those of their coordinate frames, which `movers` counts.
     let obstacles = (1..).zip(&obstacles);
     let obstacles = obstacles.map(|(number, obstacle)| body(number, obstacle, clock, tick));
     let size_m = INTRUDER * scenario.formation.spacing_m;
@@ -61,6 +62,7 @@ fn craft(number: usize, size_m: f64, clock: Clock, tick: i64) -> SceneEntity {
     let [nose, left, tail, right] = DART.map(corner);
     craft.triangles.push(TriangleListPrimitive {
         pose: Some(at(0.0, 0.0, 0.0)),
+        // Split from nose to tail: the dart is not convex, and split across it would fill the notch at its tail.
         points: vec![nose, left, tail, nose, tail, right],
         color: Some(palette::ALARM.in_scene(1.0)),
         ..TriangleListPrimitive::default()
@@ -71,6 +73,7 @@ fn craft(number: usize, size_m: f64, clock: Clock, tick: i64) -> SceneEntity {
 }
 
 fn body(number: usize, obstacle: &ObstacleSection, clock: Clock, tick: i64) -> SceneEntity {
+    // The frame of one that moves is where it is, so its body stands at the origin there.
     let (frame, [x, y]) = if obstacle.moves() {
         (obstacle_frame(number), [0.0; 2])
     } else {
