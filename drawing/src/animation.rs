@@ -93,6 +93,7 @@ impl View {
     /// Shows every place of full movers.
     fn of(movers: &[Mover]) -> Self {
         let shown = || {
+            // A hollow mark may fly away for good, and a view that followed it would make all others tiny.
             let full = |mover: &Mover| -> Vec<Place> {
                 let both = mover.places.iter().zip(&mover.is_full);
                 both.filter(|(_, full)| **full).filter_map(|(place, _)| *place).collect()
@@ -122,6 +123,7 @@ impl Animation {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height:.0}\" width=\"{WIDTH}\" \
              height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n"
         );
+        // SVG paints in this order. The strip comes last and covers marks that leave the view at the bottom.
         self.draw_ground(&mut svg, &view, timing);
         for disc in &self.discs {
             draw_disc(&mut svg, disc, &view, timing);
@@ -183,6 +185,7 @@ impl Animation {
                 line - 5.0
             );
         }
+        // 2 is past the end of a picture that moves for longer than it rests, so the last caption stays.
         let ends = self.captions.iter().skip(1).map(|next| next.at).chain([2.0]);
         for (caption, end) in self.captions.iter().zip(ends) {
             let shown = timing.shown(caption.at, end);
@@ -201,6 +204,7 @@ impl Animation {
         let mut begin = 0;
         for texts in self.clock.chunk_by(|a, b| a == b) {
             let end = begin + texts.len();
+            // The last text stays while the picture rests, as the last caption does.
             let until = if end == self.clock.len() { 2.0 } else { end as f64 / frames };
             let shown = timing.shown(begin as f64 / frames, until);
             let text = escaped(texts.first().map_or("", String::as_str));
@@ -224,10 +228,12 @@ impl Timing {
     fn values(self, element: &str, values: impl IntoIterator<Item = String>) -> String {
         let mut values: Vec<String> = values.into_iter().collect();
         values.extend(values.last().cloned());
+        // At least 1, because a picture of a single frame would divide by zero.
         let last = values.len().saturating_sub(2).max(1) as f64;
         let time = |index: usize| self.moving * (index as f64 / last).min(1.0);
         let mut times: Vec<String> =
             (1..values.len()).map(|index| format!("{:.4}", time(index - 1))).collect();
+        // Browsers ignore an animation whose last key time is not exactly 1.
         times.push("1".into());
         format!(
             "<{element} dur=\"{:.1}s\" repeatCount=\"indefinite\" keyTimes=\"{}\" values=\"{}\"/>",
@@ -244,6 +250,7 @@ impl Timing {
     /// Makes its parent visible between two shares of the moving time.
     fn shown(self, from: f64, until: f64) -> String {
         let [from, until] = [from, until].map(|share| share * self.moving);
+        // Key times have to begin with 0, so the state before `from` needs a value of its own.
         let (mut times, mut values) = (vec![0.0], vec![u8::from(from <= 0.0)]);
         for (time, value) in [(from, 1), (until, 0)] {
             if time > 0.0 && time < 1.0 {
@@ -303,6 +310,7 @@ fn draw_mover(svg: &mut String, mover: &Mover, view: &View, timing: Timing) {
 
 /// The places; a mark that is nowhere keeps the place that it had last.
 fn held(places: &[Option<Place>]) -> Vec<Place> {
+    // Before its first place a mark waits there: with fewer values than frames it would run ahead of the others.
     let mut last = places.iter().flatten().next().copied();
     places
         .iter()

@@ -56,6 +56,7 @@ pub struct BandPoint {
 /// Draws the panels, two in a row. All share the vertical axis from `low` to `high`, so that they can be compared.
 pub fn svg(panels: &[BandChart], low: f64, high: f64) -> String {
     let (width, height) = (LEFT + PLOT.0 + 18.0, ABOVE + PLOT.1 + BELOW);
+    // At least one, because the number of rows is a quotient by it.
     let columns = panels.len().clamp(1, 2);
     let rows = panels.len().div_ceil(columns).max(1);
     let (all_width, all_height) = (width * columns as f64, height * rows as f64);

@@ -45,6 +45,7 @@ pub fn interactive_page(title: &str, body: &str, figures: Vec<PageFigure>) -> St
     let figures = Value::from(figures.collect::<Map<_, _>>()).to_string();
     // JSON allows an escaped slash, and HTML ends a script at the first `</script`.
     let figures = figures.replace("</", "<\\/");
+    // In this order: the last script reads the figures and calls Plotly as soon as it runs.
     let scripts = format!(
         "<script type=\"application/json\" id=\"figures\">{figures}</script>\n{}\n<script>{DRAW}</script>",
         plotly_script()
