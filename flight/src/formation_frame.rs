@@ -64,6 +64,7 @@ impl FrameMotion {
         let PathMotion { speed_m_s, turn_rate_rad_s, .. } = *leader;
         let velocity_m_s = match frame {
             FormationFrame::Fixed => leader.velocity_m_s(),
+            // In its own frame the leader always heads along the x axis.
             FormationFrame::Leader => Vector2::new(speed_m_s, 0.0),
         };
         Self { frame, velocity_m_s, turn_rate_rad_s }

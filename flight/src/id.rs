@@ -113,6 +113,7 @@ impl Tick {
 
     /// Simulated time in seconds at `rate_hz` ticks a second.
     pub fn seconds(self, rate_hz: u32) -> f64 {
+        // Not times the period: 1 / rate is rounded, and the error would grow with the tick.
         self.0 as f64 / f64::from(rate_hz)
     }
 }

@@ -29,6 +29,7 @@ impl LatencyTally {
     /// Adds the round trip of a tick. A tick before the flight, or one that nobody answered, has none.
     pub fn add(&mut self, timing: &TickTiming) {
         if timing.answered > 0 && timing.tick >= 0 {
+            // Saturating: an error would leave out the longest times, which are those that people look for.
             self.histogram.saturating_record(timing.round_trip_ns);
         }
     }

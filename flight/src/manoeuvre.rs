@@ -67,6 +67,7 @@ impl Manoeuvre {
         let place = |moment: u32| self.on_the_way(from, &to, share(moment)).offset();
         let least_s = |moment: u32| {
             let here = place(moment);
+            // The way per whole manoeuvre, at the pace of the last step; exact on a straight way.
             let rate_m = (here - place(moment - 1)) * f64::from(MOMENTS);
             let least = |motion: &FrameMotion| shortest_s(&rate_m, &motion.velocity_m_s(here), speeds);
             motions.iter().map(least).reduce(longer).flatten()
@@ -108,6 +109,7 @@ fn shortest_s(way_m: &Vector2<f64>, resting: &Vector2<f64>, speeds: SpeedRange) 
         return Some(0.0);
     }
     let root = |bound_m_s: f64| (b * b - a * (c - bound_m_s * bound_m_s)).max(0.0).sqrt();
+    // The larger root: the speed is within its limit at rest, so the smaller one is not above 0.
     let fast = (root(speeds.max_m_s) - b) / a;
     // A slot that falls back flies slower at first; one that moves far across is fast again at a high rate, but would
     // have to be too slow on the way there.

@@ -16,6 +16,7 @@ pub enum Pace {
 
 /// How many times faster than the wall clock the flight was; `None` if it was too short to tell.
 pub fn real_time_factor(simulated_s: f64, wall_s: f64) -> Option<f64> {
+    // A flight that ends at the approach tick has simulated less than no time.
     (wall_s >= MEASURABLE_S && simulated_s > 0.0).then(|| simulated_s / wall_s)
 }
 

@@ -26,6 +26,7 @@ impl RingOrder {
     /// If two UAVs have the same slot, or a slot is not in 1 to n.
     pub fn new(slots: Vec<u32>) -> Self {
         let mut uavs: Vec<_> = UavId::all(slots.len() as u32).collect();
+        // The inverse is kept as well, so that a search for a neighbour needs no loop over the swarm.
         uavs.sort_by_key(|uav| slots[uav.index()]);
         let order = Self { slots, uavs };
         // A slot that two UAVs have, or that is out of range, shows as a UAV at another place than its slot.

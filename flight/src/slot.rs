@@ -48,6 +48,7 @@ impl CirclePlace {
     }
 
     fn towards(&self, to: &Self, share: f64) -> Self {
+        // Bearings are not wrapped, so a slot turns as far as they say, even by more than half a turn.
         let between = |from: f64, to: f64| from + (to - from) * share;
         Self {
             bearing_rad: between(self.bearing_rad, to.bearing_rad),

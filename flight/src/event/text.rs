@@ -53,6 +53,7 @@ impl Event {
             Self::RunPaused { seconds } => format!("the run stood still for {seconds:.1} s"),
             Self::ProcessFault { part, action, sentence } => format!("{part} {}: {sentence}", action.done()),
             Self::FaultRefused { part: Some(part), why, sentence } => format!("{part} {why}: {sentence}"),
+            // Not every refused sentence names a process.
             Self::FaultRefused { part: None, why, sentence } => format!("{why}: {sentence}"),
             Self::FaultLate { part, late_s, sentence } => {
                 format!("{late_s:.2} s late, with its duration kept: {sentence} ({part})")
@@ -108,6 +109,7 @@ fn gap_text(first: Tick, last: Tick, cause: GapCause) -> String {
 impl fmt::Display for ProcessEnd {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            // Status 0 is no failure, so it must not read as if the process gave up.
             Self::Exited(0) => f.write_str("has exited"),
             Self::Exited(status) => write!(f, "gave up (exit status {status})"),
             Self::Killed(signal) => write!(f, "was killed by signal {signal}"),

@@ -47,6 +47,7 @@ impl Track {
     }
 
     pub(super) fn at(&self, time_s: f64) -> PathMotion {
+        // The time of a point belongs to the stretch after it, so no time is in two stretches.
         let after = self.knots.partition_point(|knot| knot.time_s <= time_s);
         match (after.checked_sub(1).map(|before| &self.knots[before]), self.knots.get(after)) {
             (Some(from), Some(to)) => between(from, to, time_s),
@@ -74,8 +75,10 @@ fn velocity(slopes: &[(f64, Vector2<f64>)], index: usize) -> Vector2<f64> {
     };
     match (index.checked_sub(1).and_then(|before| slopes.get(before)), slopes.get(index)) {
         (Some((before_s, before)), Some((after_s, after))) => {
+            // Each slope counts by the duration of the other: the nearer neighbour says more about this point.
             (before * *after_s + after * *before_s) / (before_s + after_s)
         }
+        // Two points define no parabola, so the leader flies straight between them.
         (None, Some(first)) => slopes.get(1).map_or(first.1, |second| at_end(*first, *second)),
         (Some(last), None) => {
             let other = index.checked_sub(2).and_then(|other| slopes.get(other));

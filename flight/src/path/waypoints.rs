@@ -45,6 +45,7 @@ pub(super) fn path(
     if let Some(index) = ways.iter().position(|way| way.norm() == 0.0) {
         return Err(WaypointError::Coincident { index });
     }
+    // Wrapped, so that the leader turns the shorter way round.
     let corners: Vec<f64> =
         ways.windows(2).map(|pair| wrap(heading_of(pair[1]) - heading_of(pair[0]))).collect();
     // An arc that touches both legs begins rho tan(delta / 2) before the corner.

@@ -160,6 +160,7 @@ impl Account {
             tick: command.tick,
             speed_m_s: command.speed_m_s,
             turn_rate_rad_s: command.turn_rate_rad_s,
+            // Equal to the command: a difference would say that the collision filter acts.
             wish_speed_m_s: command.speed_m_s,
             wish_turn_rate_rad_s: command.turn_rate_rad_s,
             uav: command.uav,

@@ -35,11 +35,13 @@ pub struct Roster {
 impl Roster {
     /// A roster of no processes that lets the world open every tick.
     pub fn empty() -> Self {
+        // A limit of 0 would keep the world from opening tick 0.
         Self { free_before: UNBOUNDED, ..Self::zeroed() }
     }
 
     /// Whether `uav`'s agent runs.
     pub fn has(&self, uav: UavId) -> bool {
+        // UAV numbers are at most `MAX_UAVS`, so the word exists.
         self.agents[uav.index() / 64] & bit(uav) != 0
     }
 

@@ -61,6 +61,7 @@ impl SensedObstacle {
     /// The bytes that a hash of the flight covers: those of the velocity only if it moves, so that flights past obstacles
     /// that stand keep the hashes from before there were others.
     pub fn hashed_bytes(&self) -> &[u8] {
+        // The velocity has to stay the last field: the bytes before it are those of an obstacle that stands.
         let (all, still) = (bytemuck::bytes_of(self), std::mem::offset_of!(Self, velocity_m_s));
         if self.velocity_m_s == [0.0; 2] { &all[..still] } else { all }
     }
@@ -95,6 +96,7 @@ pub struct Sensed {
 impl Sensed {
     /// Passes on the bytes that a hash of the flight covers, in order.
     pub fn for_hashed_bytes(&self, mut update: impl FnMut(&[u8])) {
+        // `obstacles` has to stay the last field: the hash would miss one that follows it.
         update(&bytemuck::bytes_of(self)[..std::mem::offset_of!(Self, obstacles)]);
         // One by one, because each obstacle decides how many of its bytes count.
         self.obstacles.iter().for_each(|obstacle| update(obstacle.hashed_bytes()));

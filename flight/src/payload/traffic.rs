@@ -49,6 +49,7 @@ impl AircraftId {
 
     /// Who it is.
     pub fn who(self) -> Aircraft {
+        // The bytes come from shared memory, so any number has to name somebody: there is no error to return.
         if self.0 & INTRUDER == 0 {
             Aircraft::Uav(UavId(self.0))
         } else {
