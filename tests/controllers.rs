@@ -18,6 +18,7 @@ fn consensus() -> &'static str {
         let bin = Path::new(env!("CARGO_BIN_EXE_ringwing")).parent().unwrap();
         let mut build = Command::new(env!("CARGO"));
         build.args(["build", "--offline", "--locked", "--quiet", "--manifest-path"]).arg(manifest);
+        // In the profile and the folder of the command, so that the crates which both need are not built twice.
         build.args(bin.ends_with("release").then_some("--release"));
         let built = build.env("CARGO_TARGET_DIR", bin.parent().unwrap()).output().unwrap();
         assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
@@ -78,7 +79,9 @@ fn each_broken_controller_is_named_and_the_others_fly_on() {
         .with("--duration 20 --set supervision.start_timeout_s=3 --set failsafe=hold")
         .agent(&format!("1={consensus} --gain nan"))
         .agent("2=sh -c 'echo no idea how to fly >&2; exit 3'")
+        // Three megabytes are more than the launcher keeps of what a program prints.
         .agent(&format!("3=sh -c 'yes | head -c 3000000 & sleep 98761 & exec {consensus} \"$@\"' sh"))
+        // The last command keeps the shell from becoming the `sleep`, so a child of the program has to end too.
         .agent("4=sh -c 'sleep 98762; true'")
         .finish();
     run.assert_ended_with(3);

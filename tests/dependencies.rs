@@ -129,6 +129,7 @@ fn crates_depend_only_as_the_architecture_allows() {
     for Room { folder, uses, .. } in &ROOMS {
         let name = if folder.is_empty() { "ringwing".into() } else { format!("ringwing-{folder}") };
         let package = packages.iter().find(|package| package["name"] == name.as_str()).unwrap();
+        // Only what the crates are built of: the drawing leaves out what tests and build scripts use.
         let is_normal = |dependency: &&Value| dependency["kind"].is_null();
         let used: BTreeSet<&str> = package["dependencies"]
             .as_array()
@@ -179,6 +180,7 @@ fn pure_modules_use_no_shared_memory_processes_clocks_or_files() {
 fn forbidden_in(room: &Room) -> Vec<String> {
     let module = |place: &&str| {
         let stem = place.trim_end_matches(".rs").replace('/', "::");
+        // The items of `lib.rs` are paths of `crate` itself, so no path names it.
         (stem != "lib").then(|| format!("crate::{stem}"))
     };
     IMPURE.iter().map(ToString::to_string).chain(room.with_io.iter().filter_map(module)).collect()
@@ -189,6 +191,7 @@ fn has_io(room: &Room, source: &Path, file: &Path) -> bool {
 }
 
 fn is_within(path: &str, rule: &str) -> bool {
+    // A whole name must follow: `std::io` forbids `std::io::Read`, and not a module whose name begins with `io`.
     path.strip_prefix(rule).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
 }
 

@@ -74,6 +74,7 @@ fn a_leader_killed_by_a_fault_is_not_replaced() {
     assert_eq!(run.text("payload_hash"), again.text("payload_hash"));
     let ages: Vec<f64> = run.log().controls(1).iter().filter_map(|control| control.leader_age_s).collect();
     let oldest = ages.iter().copied().fold(0.0, f64::max);
+    // Two seconds without a leader, and the one tick by which every sample is old.
     assert!((oldest - 2.01).abs() < 1e-9, "the leader's data were {oldest} s old at most, expected 2.01 s");
     assert_eq!(*ages.last().unwrap(), 0.01);
     let gone = flown(&["at 5 s kill leader"], "--duration 10");
@@ -88,6 +89,7 @@ fn a_delay_ages_the_data_of_its_link_only() {
         run.log().controls(uav).iter().filter_map(of).collect()
     };
     let previous = ages(3, |control| control.previous_age_s);
+    // The last sample without a delay is that of tick 499. It ages until that of tick 500 comes, at tick 521.
     assert_eq!((previous[500], previous[519], previous[600]), (0.01, 0.2, 0.21));
     assert_eq!(previous[702], 0.01, "samples sent after the delay ends arrive without delay");
     assert!(ages(3, |control| control.next_age_s).iter().all(|age| *age == 0.01));

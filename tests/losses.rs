@@ -102,6 +102,7 @@ fn an_airframe_without_its_agent_follows_the_failsafe_of_the_scenario() {
         assert_flown(&run);
         let states = run.log().states(3);
         assert_eq!(modes_of(&states), modes);
+        // 60 s have 6001 states, unless the airframe leaves the sky.
         assert_eq!(states.len() < 6001, failsafe == "vanish", "{} states", states.len());
     }
 }
@@ -126,6 +127,7 @@ fn the_flight_continues_without_a_frozen_agent_until_it_is_thawed() {
 fn the_flight_takes_place_without_an_agent_killed_during_startup() {
     for attempt in 0..6_u64 {
         let run = Swarm::fly("paper-4.1").with("--duration 5 --uavs 12").start();
+        // Each attempt kills at another moment of the startup.
         std::thread::sleep(std::time::Duration::from_micros(700 * attempt));
         let agent = wait_until("the agent is spawned", || process_named(&run, "agent --uav 3 "));
         send(agent, Signal::KILL);

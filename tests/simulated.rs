@@ -20,6 +20,7 @@ struct Flown {
 
 fn run(out: &Path, arguments: &str, faults: &[&str], is_simulated: bool) -> Flown {
     let mut command = ringwing();
+    // The simulation records no wall-clock times, so the processes must not either, or the logs would differ.
     command.arg("run").args(arguments.split_whitespace()).args(["--no-timing", "--json", "--out"]).arg(out);
     command.args(faults.iter().flat_map(|fault| ["--fault", fault]));
     command.args(is_simulated.then_some("--simulated"));

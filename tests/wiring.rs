@@ -29,6 +29,7 @@ impl Inspector {
     fn of(run: &Running) -> Self {
         let path = run.folder.join("config/iceoryx2.toml").display().to_string();
         let mut config = Config::from_file(&FilePath::new(path.as_bytes()).unwrap()).unwrap();
+        // Otherwise the inspector itself would clean up after a killed process of the run.
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         let node = NodeBuilder::new().config(&config).create::<ipc::Service>().unwrap();
         let mut names = BTreeMap::new();
@@ -121,6 +122,8 @@ fn an_agent_is_connected_only_to_its_senses_its_ring_neighbours_and_the_leader()
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 600 --uavs 5").start();
     run.wait_for_second(0.1);
     let services = Inspector::of(&run).all_ends();
+    // Each UAV has senses, states and commands. Without a filter there is no traffic, and accounts share a service
+    // with commands.
     assert_eq!(services.len(), 7 + 3 * 5, "{:?}", services.keys());
     for uav in 1..=5_u32 {
         let (previous, next) = ((uav + 3) % 5 + 1, uav % 5 + 1);
@@ -157,6 +160,7 @@ fn after_a_loss_its_neighbours_read_each_other_and_wait_at_the_board_of_a_succes
         // The killed agent's end may linger until it is cleaned up.
         assert!(uav == 3 || services[&format!("uav/{uav}/traffic/1")] == ends, "the traffic of uav {uav}");
     }
+    // The agent of UAV 3 is dead, and its neighbours wait at the board that its successor would open.
     let newest = |uav: u32| if uav == 3 { 2 } else { 1 };
     let listeners = |uav: u32| services[&format!("uav/{uav}/state/{}", newest(uav))].1.clone();
     assert_eq!(listeners(3), set(&["agent-2".into(), "agent-4".into()]));

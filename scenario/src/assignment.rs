@@ -30,6 +30,7 @@ pub(crate) fn nearest(scenario: &Scenario) -> RingOrder {
 /// Straight ways of this order come no nearer to each other than 1 / sqrt(2) of the smallest distance of two slots (Turpin,
 /// Michael and Kumar 2014).
 pub(crate) fn nearest_places(before: &Formation, places: &RingOrder, after: &Formation) -> RingOrder {
+    // Any centre will do: the leader moves both formations alike, so its place cancels out.
     let centre = Point2::origin();
     let starts: Vec<_> =
         UavId::all(before.count()).map(|uav| before.slot(places.slot(uav), centre)).collect();

@@ -106,6 +106,7 @@ impl<'s> StartBox<'s> {
     fn is_free(&self, position: Point2<f64>, placed: &[StartState]) -> bool {
         let apart =
             |other: &StartState| (position - Point2::from(other.position_m)).norm() >= self.separation_m;
+        // Within the braking distance an obstacle would repel the UAV from the first tick on.
         let clear = |obstacle: &ObstacleSection| {
             (position - Point2::from(obstacle.position_m)).norm() > obstacle.braking_distance_m
         };

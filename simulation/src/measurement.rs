@@ -125,6 +125,7 @@ impl Measurement {
     pub fn finish(self, simulation: &Simulation) -> Flown {
         let summary = self.metrics.summary();
         let report = (!simulation.is_world_ended()).then(|| simulation.report());
+        // Count the events, because a world that a fault has ended leaves no report.
         let is_collision = |timed: &&TimedEvent| matches!(timed.event, Event::Collision { .. });
         let collisions = self.events.iter().filter(is_collision).count();
         let violations = judge(simulation.scenario(), &summary, Some(collisions));

@@ -144,6 +144,7 @@ fn delayed(delay_ms: u32, loss_timeout: &str, seed: u32) -> Scenario {
 fn median_forming_time_s(delay_ms: u32) -> f64 {
     let forming_time_s = |seed: u32| {
         let mut flight = Flight::new(&delayed(delay_ms, "6", seed));
+        // The approach before tick 0 is no part of the time that `recover` measures.
         flight.fly_to(0);
         let recovery = flight.recover(60.0, 1.0);
         let error_m = flight.slot_error_max_m();

@@ -107,6 +107,7 @@ fn blocked(number: u32, settings: &[&str]) -> Scenario {
     let start = &scenario.start.uavs[number as usize % 6];
     let size = f64::from(number / 6) / 50.0;
     // Beyond all starts.
+    // The golden section spreads the distances evenly, however many numbers are flown.
     let ahead_m = 120.0 + 60.0 * (0.382 * f64::from(number)).fract();
     let place = Point2::from(start.position_m) + direction(start.heading_deg.to_radians()) * ahead_m;
     let radius_m = 5.0 + 15.0 * size;

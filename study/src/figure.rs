@@ -98,6 +98,7 @@ pub const FIGURES: [Figure; 41] = [
         "filter_episodes",
         "times that a filter began to act",
         Lower,
+        // Without filters there is no share. Then the count of 0 means nothing, and the figure is absent.
         Summary(|flight| flight.filter_share.map(|_| flight.filter_episodes as f64)),
     ),
     figure(
@@ -241,6 +242,7 @@ fn time_s(pair: Option<ClosestPair>) -> Option<f64> {
 }
 
 fn clearance_m(flight: &FlightSummary) -> Option<f64> {
+    // `reduce` has no starting value: a flight without obstacles has no clearance, and not an infinite one.
     flight.obstacles.iter().map(|obstacle| obstacle.clearance_m).reduce(f64::min)
 }
 

@@ -54,6 +54,7 @@ impl Outcome {
         report: Option<WorldReport>,
         events: Vec<TimedEvent>,
     ) -> Self {
+        // A world that a fault has ended leaves no report, but its collisions are among the events.
         let collided =
             report.as_ref().map_or_else(|| collisions(&events).count(), |report| report.collisions.len());
         let violations = violations(scenario, &summary, collided);
@@ -101,6 +102,7 @@ fn violations(scenario: &Scenario, summary: &FlightSummary, collisions: usize) -
         let mut only = keys_of(&nothing);
         only.insert(requirement.clone(), value);
         let only = serde_json::from_value(only.into()).expect("a key of the section it was taken from");
+        // What every flight has to do is violated beside each requirement, and would be blamed on all of them.
         let sentences: Vec<_> =
             judged(only).into_iter().filter(|sentence| !always.contains(sentence)).collect();
         (!sentences.is_empty()).then_some(Violation { requirement, sentences })

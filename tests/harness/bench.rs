@@ -35,6 +35,7 @@ impl Bench {
 
     /// Starts `ringwing bench --json` with more `arguments`, separated by spaces, and with programs as `NAME=COMMAND`.
     pub fn start_with_peers(arguments: &str, peers: &[&str]) -> Self {
+        // A folder of its own, because `finish` counts what is left in it, and other tests write to the common one.
         let temporary = tempfile::tempdir().expect("a temporary folder");
         let mut command = ringwing();
         command.args(["bench", "--json"]).args(arguments.split_whitespace()).env("TMPDIR", temporary.path());
@@ -150,9 +151,11 @@ pub fn processes_with(text: &str) -> Vec<u32> {
 /// All processes of the machine: id, id of the parent, command line.
 fn processes() -> Vec<(u32, u32, String)> {
     let entries = fs::read_dir("/proc").into_iter().flatten().flatten();
+    // A process may end while its files are read; then it is left out.
     let read = |entry: fs::DirEntry| {
         let process = entry.file_name().to_str()?.parse().ok()?;
         let stat = fs::read_to_string(entry.path().join("stat")).ok()?;
+        // The name of a command may hold spaces and parentheses, so count the fields from the last one.
         let parent = stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()?;
         let line = fs::read_to_string(entry.path().join("cmdline")).ok()?;
         Some((process, parent, line.replace('\0', " ")))

@@ -68,6 +68,7 @@ impl Viewer {
             services: BTreeMap::new(),
             calls: 0,
         };
+        // A server may advertise its channels in several messages, so wait for the one that the test needs.
         while viewer.info.is_null() || !viewer.channels.contains_key(topic) {
             viewer.read();
         }
@@ -130,6 +131,8 @@ impl Viewer {
     pub fn call(&mut self, name: &str, request: &Value) -> Result<Value, String> {
         self.calls += 1;
         let service = self.services[name]["id"].as_u64().expect("a number") as u32;
+        // 2 is a call of a service: its number, that of the call, then the length and the name of the request's
+        // encoding.
         let mut bytes = vec![2];
         for number in [service, self.calls, 4] {
             bytes.extend(number.to_le_bytes());
@@ -154,6 +157,7 @@ impl Viewer {
         bytes.extend(speed.to_le_bytes());
         bytes.push(u8::from(seek.is_some()));
         bytes.extend(seek.unwrap_or(0).to_le_bytes());
+        // The request ends with the length of its id and the id, which no test needs.
         bytes.extend(1_u32.to_le_bytes());
         bytes.push(b'x');
         self.send(Message::binary(bytes));
@@ -178,6 +182,7 @@ impl Viewer {
     }
 
     fn read(&mut self) -> Incoming {
+        // The timeout of the socket begins anew with every message, so pings alone would keep a test waiting forever.
         let start = Instant::now();
         loop {
             assert!(start.elapsed() < LONGEST_WAIT, "the server sends nothing that is understood");
@@ -207,6 +212,7 @@ impl Viewer {
         let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
         let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
         match bytes[0] {
+            // A message names its subscription, which has the number of the channel: see `subscribe`.
             1 => {
                 let is_it = |channel: &&String| self.channels[*channel]["id"] == u32_at(1);
                 let topic = self.channels.keys().find(is_it).expect("a channel that was subscribed to");
@@ -216,6 +222,7 @@ impl Viewer {
                     data: bytes[13..].to_owned(),
                 })
             }
+            // The answer comes after the name of its encoding, whose length is at byte 9.
             3 => Incoming::Answer(bytes[13 + u32_at(9) as usize..].to_owned()),
             5 => Incoming::Playback(bytes[1], u64_at(2)),
             _ => Incoming::Other,

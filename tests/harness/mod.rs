@@ -119,6 +119,7 @@ impl Swarm {
 
 fn lines_of(child: &mut Child) -> Receiver<String> {
     let (sender, receiver) = channel();
+    // A thread reads all the time: a run that writes into a full pipe would stand still until the test looks.
     let stderr = BufReader::new(child.stderr.take().expect("stderr is piped"));
     thread::spawn(move || stderr.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
     receiver
@@ -177,6 +178,7 @@ impl Running {
         let gate = self.gate();
         let tick = Tick((seconds * 100.0) as i64);
         wait_until(&format!("the flight reaches {seconds} s"), || {
+            // A closed gate ends the wait too: then the test fails by what the run did, and not by a timeout.
             (gate.is_closed() || gate.tick().is_some_and(|now| now >= tick)).then_some(())
         });
     }
@@ -199,11 +201,13 @@ impl Running {
     pub fn finish(mut self) -> Finished {
         let status =
             wait_until("the run ends", || self.child.try_wait().expect("the child can be waited for"));
+        // A limit, because a process that outlives the launcher would keep the pipe open.
         while let Ok(line) = self.lines.recv_timeout(Duration::from_secs(5)) {
             self.stderr_lines.push(line);
         }
         let id = self.domain.take().map(|domain| domain.id().clone());
         let summary = fs::read(self.folder.join("summary.json")).ok();
+        // Nothing can be moved out of a type with `Drop`, so another folder takes its place.
         let out = std::mem::replace(&mut self.out, tempfile::tempdir().expect("a temporary folder"));
         Finished {
             status,
@@ -304,6 +308,7 @@ pub fn leftovers(domain: &DomainId) -> Vec<String> {
 
 /// The processes of a run, each as its path in `/proc` and its command line.
 pub fn processes_of(domain: &DomainId) -> Vec<String> {
+    // The system ends each argument with a zero, so a domain whose name only begins like this one does not match.
     let wanted = format!("--domain\0{domain}\0");
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
     let command_line = |path: &Path| fs::read_to_string(path.join("cmdline")).unwrap_or_default();

@@ -93,6 +93,7 @@ impl Terminal {
     /// Waits until the screen shows what `is_there` looks for; returns the screen.
     pub fn wait_for(&self, what: &str, is_there: impl Fn(&str) -> bool) -> String {
         let last = std::cell::RefCell::new(String::new());
+        // The panic of `wait_until` does not show the screen, which is what tells why the test fails.
         let shown = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
             wait_until(what, || {
                 let text = self.text();
@@ -106,6 +107,7 @@ impl Terminal {
     /// Waits until the command has ended; asserts that the terminal is as it was before.
     pub fn wait_for_end(&mut self) -> ExitStatus {
         let status = wait_until("the command ends", || self.child.try_wait().expect("a child"));
+        // The thread that reads the screen may be behind the command, so wait here too.
         wait_until("the terminal is given back", || {
             let now = tcgetattr(&self.inside).expect("a terminal");
             let is_same = now.local_modes == self.before.local_modes

@@ -57,6 +57,7 @@ fn fields(fields: &Fields, is_all_default: bool) -> Vec<Field> {
         let serde = serde(&field.attrs);
         let renamed =
             serde.split_once("rename=\"").and_then(|(_, rest)| Some(rest.split_once('"')?.0.to_owned()));
+        // The fields of a tuple have no names, so they are no keys of a file and are left out.
         Some(Field {
             name: renamed.or_else(|| Some(field.ident.as_ref()?.to_string()))?,
             kind: kind(&field.ty),

@@ -22,6 +22,7 @@ impl Obstacle {
 
     /// Moves it to where it is at `time_s`.
     pub(crate) fn move_to(&mut self, time_s: f64) {
+        // By the time and not by steps from the last place, so that no rounding errors add up.
         self.now = self.route.at(time_s);
     }
 

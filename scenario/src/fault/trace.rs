@@ -50,6 +50,7 @@ fn read(path: &Path) -> Result<Vec<f64>, String> {
     }
     let text = String::from_utf8(bytes).map_err(|error| {
         let valid = error.utf8_error().valid_up_to();
+        // The valid part ends in the line of the first wrong byte, so it has as many pieces as that line's number.
         let line = error.as_bytes()[..valid].split(|byte| *byte == b'\n').count();
         format!("delay file \"{name}\", line {line}: not UTF-8 text: save the file as UTF-8")
     })?;

@@ -28,6 +28,7 @@ impl AgentSection {
     /// What is wrong with the text.
     pub fn parse(text: &str) -> Result<Self, String> {
         let usage = "expected UAVS=COMMAND, such as \"3=python3 mine.py\" or \"all=./controller\"";
+        // At the first `=` only: the command may have more of them, such as `--gain=2`.
         let (uavs, line) = text.split_once('=').ok_or(usage)?;
         let command = shell_words::split(line).map_err(|error| format!("the command: {error}"))?;
         let section = Self { uavs: uavs.trim().into(), command, folder: String::new() };
@@ -51,6 +52,7 @@ impl AgentSection {
         if self.uavs.trim() == ALL {
             return Some(NamedUavs::All);
         }
+        // One wrong word makes the whole list wrong; otherwise a typing error would leave a UAV to the built-in law.
         let numbers: Option<Vec<u32>> = self.uavs.split(',').map(|word| word.trim().parse().ok()).collect();
         numbers.map(NamedUavs::Numbers)
     }

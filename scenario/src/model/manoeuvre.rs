@@ -60,6 +60,7 @@ impl ManoeuvreSection {
             aspect: self.aspect.unwrap_or(before.aspect),
             inner_ratio: self.inner_ratio.unwrap_or(before.inner_ratio),
             columns: self.columns.unwrap_or(before.columns),
+            // What no manoeuvre changes, such as the number of UAVs.
             ..before.clone()
         }
     }

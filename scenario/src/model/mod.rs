@@ -105,6 +105,7 @@ impl Scenario {
 
     /// The formations of the flight: the first one, and that of each manoeuvre.
     pub fn formations(&self) -> impl Iterator<Item = Formation> {
+        // Carried along, because a manoeuvre leaves out what stays as the one before has made it.
         let mut section = self.formation.clone();
         let changed = self.manoeuvres.iter().map(move |manoeuvre| {
             section = manoeuvre.applied_to(&section);
@@ -135,6 +136,7 @@ impl Scenario {
     /// The manoeuvres, in order of time. Who gets which slot depends on the whole formations only, so it does not matter who
     /// is alive by then.
     pub fn planned_manoeuvres(&self) -> Vec<Manoeuvre> {
+        // Carried along: each manoeuvre begins where the one before has put the UAVs.
         let (mut places, mut section) = (self.ring_order(), self.formation.clone());
         let plan = |manoeuvre: &ManoeuvreSection| {
             let before = section.geometry();
@@ -165,6 +167,7 @@ impl Scenario {
     /// The shape that is flown, or moved to, in `tick`.
     pub fn shape_at(&self, tick: Tick) -> ShapeName {
         let begun = self.manoeuvres.iter().filter(|manoeuvre| self.tick_at(manoeuvre.at_s) <= tick);
+        // Not the shape of the last one begun: it may change the spacing only.
         begun.filter_map(|manoeuvre| manoeuvre.shape).next_back().unwrap_or(self.formation.shape)
     }
 
@@ -201,6 +204,7 @@ impl Scenario {
 
     /// The program that flies `uav`; `None` if the built-in law does.
     pub fn agent_of(&self, uav: UavId) -> Option<&AgentSection> {
+        // From the back, because the later of two sections counts: so `--agent` wins over the file.
         self.agents.iter().rev().find(|section| section.has(uav))
     }
 

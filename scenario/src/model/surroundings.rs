@@ -67,6 +67,7 @@ impl ObstacleSection {
     /// Its way.
     pub fn route(&self) -> Route {
         let velocity = Vector2::from(self.velocity_m_s);
+        // A standing obstacle gets the heading 0, which has no effect at a speed of 0.
         let drift = |position| RoutePoint {
             pose: Pose { position, heading_rad: libm::atan2(velocity.y, velocity.x) },
             speed_m_s: velocity.norm(),

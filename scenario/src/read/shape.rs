@@ -90,6 +90,7 @@ fn add_missing(
         if !table.contains_key(name.get_ref().as_ref()) && !example::is_optional(&key) {
             let message = format!("missing: {}", example::remedy(&key, wanted.get_ref()));
             mismatches.push(Mismatch { key, position, message });
+            // With the example's value in its place, the deserializer does not report the same key again.
             table.insert(Spanned::new(0..0, name.get_ref().clone()), wanted.clone());
         }
     }

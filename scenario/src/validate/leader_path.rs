@@ -169,6 +169,7 @@ fn refusal(scenario: &Scenario, motion: &PathMotion) -> Option<String> {
     let Scenario { airframe, formation, .. } = scenario;
     let (speed_m_s, turn_rate_rad_s) = (motion.speed_m_s, motion.turn_rate_rad_s.abs());
     let reach_m = scenario.reach_m();
+    // 0 in a fixed frame: that formation does not turn, so every UAV flies at the speed of the leader.
     let round_m_s = formation.frame.turn_rate_rad_s(turn_rate_rad_s) * reach_m;
     let (outer, inner) = match formation.frame {
         FormationFrame::Fixed => ("every UAV".to_owned(), "every UAV".to_owned()),

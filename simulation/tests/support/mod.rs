@@ -20,6 +20,7 @@ pub(crate) fn scenario(law: &str, settings: &[&str]) -> Scenario {
     let law = format!("control.law={law}");
     let settings: Vec<&str> = [law.as_str()].into_iter().chain(settings.iter().copied()).collect();
     let mut scenario = preset("paper-4.1", &settings);
+    // The preset lists its starts, and then no seed would change them.
     scenario.start.uavs.clear();
     scenario.time.duration_s = DURATION_S;
     scenario
@@ -74,6 +75,7 @@ impl Flight {
 
     /// Flies for `duration_s` and shows each tick to `see`.
     pub(crate) fn fly(&mut self, duration_s: f64, mut see: impl FnMut(&Self)) {
+        // Round, because such a product may be just below a whole number, and a cast would fly a tick less.
         for _ in 0..(duration_s * f64::from(self.simulation.scenario().time.rate_hz)).round() as i64 {
             self.step();
             see(self);
@@ -177,6 +179,7 @@ impl Flight {
     /// Whether all that fly on command agree that just those that fly on command are alive.
     pub(crate) fn all_agree_with_the_truth(&self) -> bool {
         let commanded = self.moment().commanded;
+        // One view can still be wrong: all may agree on somebody who is gone.
         self.moment().views == 1 && self.controls().all(|control| control.living == commanded)
     }
 
@@ -197,6 +200,7 @@ impl Flight {
         self.fly(duration_s, |flight| {
             ticks += 1;
             let error_m = flight.slot_error_max_m();
+            // Keep the last tick beyond the bound, and not the first within: a swarm may swing through its slots.
             if error_m >= bound_m {
                 broken = ticks;
             }
@@ -233,6 +237,7 @@ pub(crate) fn fly_to_end(scenario: &Scenario, mut see: impl FnMut(&Simulation)) 
     while simulation.step() {
         see(&simulation);
     }
+    // The last step returns false, but it has flown a tick too.
     see(&simulation);
     let mut measurement = Measurement::new(scenario);
     measurement.observe(&simulation);

@@ -130,6 +130,7 @@ impl Budget {
         for clause in clauses {
             match *clause {
                 Clause::Faults(more, allowance) => {
+                    // 64 bits, because the sum of a few counts of 32 bits may overflow 32 bits.
                     count += u64::from(more);
                     // Too many are refused below, and must not fill the memory first.
                     budget.faults.extend((0..more.min(FAULTS_MAX)).map(|_| allowance));
@@ -166,6 +167,7 @@ impl Budget {
             }
             _ => {}
         }
+        // Only a loss can be 0 here: the lexer refuses a duration of 0 s.
         if loss_max == Some(0.0) {
             return Err(BudgetError::Nothing("loss at most 0 %"));
         }
@@ -231,6 +233,7 @@ fn allowance(words: &mut Lexer<'_>) -> Parsed<Allowance> {
         "isolations",
     ];
     let kind = match words.choose(&WORDS)? {
+        // A kill lasts for good, so it alone takes no `of at most`.
         "kill" | "kills" => return Ok(Allowance { kind: Kind::Kill, most_s: 0.0 }),
         "restart" | "restarts" => Kind::Restart,
         "flap" | "flaps" => Kind::Flap,

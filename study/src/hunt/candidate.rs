@@ -74,10 +74,13 @@ impl Arena {
         }
         let rate_hz = f64::from(scenario.time.rate_hz);
         let period_s = scenario.period_s();
+        // Faults last whole ticks, so none would keep a bound that is shorter than one. A kill has the bound 0 and no
+        // length.
         let times_s = budget.faults.iter().map(|fault| fault.most_s).chain(budget.impairments.delay_max_s);
         if let Some(short_s) = times_s.into_iter().find(|most_s| *most_s > 0.0 && *most_s < period_s) {
             return Err(format!("at most {short_s} s: a tick takes {period_s} s, so give at least that"));
         }
+        // Round inwards: rounding to the nearest tick could begin a fault just outside the window.
         let window = ((from_s * rate_hz).ceil(), (to_s * rate_hz).floor());
         if window.1 < window.0 {
             return Err(format!("from {from_s} s to {to_s} s: no tick of {period_s} s begins in it"));
@@ -145,6 +148,8 @@ impl Arena {
 
     /// This share of a time, in whole ticks and at least one.
     fn time_s(&self, share: f64, most_s: f64) -> f64 {
+        // The division may end a rounding error above the bound, and `excess` would then refuse the search's own
+        // fault.
         ((share * most_s * self.rate_hz).floor().max(1.0) / self.rate_hz).min(most_s)
     }
 
@@ -178,6 +183,7 @@ impl Arena {
         let mut own = self.own.clone();
         let mut lengths: Vec<(Kind, f64)> = Vec::new();
         for fault in faults {
+            // Each own fault excuses one fault only: a copy of it has to fit into the budget.
             if let Some(place) = own.iter().position(|known| known == fault) {
                 own.swap_remove(place);
                 continue;
@@ -270,6 +276,7 @@ fn place(number: f64, count: usize) -> Option<usize> {
 fn links(scenario: &Scenario) -> Vec<Links> {
     let ring = scenario.ring_order();
     let of = |uav: UavId| {
+        // Only the next neighbour: the pair with the one before is listed at that one.
         let (one, other) = (uav.0, ring.next(uav).0);
         [
             Links::From(Sender::Uav(one), Receiver::Uav(other)),

@@ -40,6 +40,7 @@ pub fn find(
         fly(scenario).map(|outcome| hunt.goal.badness(&outcome)).map_err(|error| error.to_string())
     };
     let without = badness(&hunt.scenario)?;
+    // Otherwise the finding would blame the budget's faults for what the scenario does without them.
     if worst.badness <= without {
         return Ok(None);
     }
@@ -52,6 +53,8 @@ pub fn find(
     };
     let original = hunt.scenario_of(&worst.candidate);
     let smallest = shrink_keeping(&original, &kept, stops, show);
+    // Fly it again: the small scenario may be worse than the flight that was found, and the comments say how bad it
+    // is.
     let small = badness(&smallest.scenario)?;
     Ok(Some(Finding { original, smallest, found: worst.badness, badness: small, without }))
 }

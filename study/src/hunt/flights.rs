@@ -101,6 +101,8 @@ impl FlightFile {
 
     /// How bad flight `number` was, if an earlier run has flown it.
     fn flown(&self, number: u64, faults: &str) -> Result<Option<Badness>, ResultsError> {
+        // The search learns from these rows. A row of other faults under the same number would lead it elsewhere
+        // unnoticed.
         match self.before.get(&number) {
             Some((_, flown)) if flown != faults => Err(ResultsError::other(
                 self.lines.path(),
@@ -149,6 +151,7 @@ where
         if let Some(end) = end(&search, limits) {
             return Ok(Hunted { search, end, flown });
         }
+        // Cannot overflow: `end` has ended a hunt that has flown the limit.
         search.begin_generation(limits.flights - search.flights());
         let mut left = Vec::new();
         let generation: Vec<_> =
@@ -166,6 +169,7 @@ where
             Ok(())
         })?;
         flown += landed;
+        // An error has returned above, so flights are missing only if somebody has stopped the hunt.
         if landed < left.len() as u64 {
             return Ok(Hunted { search, end: End::Stopped, flown });
         }
@@ -201,6 +205,7 @@ where
 {
     let next = AtomicUsize::new(0);
     let fly_some = |landed: mpsc::Sender<_>| {
+        // Ask before a flight is taken, and not while it flies: one in the air still lands, and its row is kept.
         while !(crew.stops)()
             && let Some((number, candidate)) = left.get(next.fetch_add(1, Relaxed))
         {

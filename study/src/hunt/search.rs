@@ -221,6 +221,7 @@ impl Dice {
     fn move_together(&mut self, candidate: &mut Candidate) {
         let times = || candidate.iter().map(|gene| gene.time);
         let (first, last) = (times().fold(1.0, f64::min), times().fold(0.0, f64::max));
+        // All times are between 0 and 1, so the bounds are in order, and `clamp` cannot panic.
         let step = self.step().clamp(-first, 1.0 - last);
         for gene in candidate {
             gene.time = (gene.time + step).clamp(0.0, 1.0);

@@ -49,6 +49,7 @@ pub(super) fn fly_trial(
     pilots: &Pilots,
     mut show: impl FnMut(&Trial),
 ) -> Result<Option<Trial>, String> {
+    // At least one thread: without any, nothing would be flown, and the trial would look as if it was stopped.
     let jobs = pilots.jobs.min(most as usize).max(1);
     let state =
         State { trial, begun: 0, counted: 0, landed: Vec::new(), error: None, is_over: false, flying: jobs };

@@ -79,7 +79,9 @@ fn others(uavs: &[u32], gone: u32) -> Option<Vec<u32>> {
 /// A draw depends on its time and on the number of UAVs, so without names a smaller scenario would be about other UAVs.
 pub(super) fn with_names(scenario: &Scenario) -> Option<Scenario> {
     let schedule = scenario.schedule();
+    // Sets, because a flap acts on its UAVs again and again, and each must be named once.
     let mut drawn: Vec<BTreeSet<u32>> = vec![BTreeSet::new(); scenario.faults.len()];
+    // A slow answer is no scheduled action, so its draws come from a list of their own.
     let actions = schedule.scheduled_actions().into_iter().map(|action| (action.number, action.part));
     let slow = schedule.slow_answers().into_iter().map(|slow| (slow.number, slow.part));
     for (number, part) in actions.chain(slow) {

@@ -48,6 +48,7 @@ pub fn compare(one: Side, other: Side) -> Vec<Difference> {
             let (_, other_passed, other_all) = other.iter().find(|(key, ..)| *key == values)?;
             let probability = fisher(passed, all, *other_passed, *other_all);
             let (one, other) = ((passed, all), (*other_passed, *other_all));
+            // The adjustment depends on the probabilities of all cells, so the last field is only filled in below.
             Some(Difference { values, one, other, probability, adjusted: 1.0 })
         })
         .collect();
@@ -60,6 +61,7 @@ pub fn compare(one: Side, other: Side) -> Vec<Difference> {
 
 /// The values of the compared axes, with flights that passed and all flights.
 fn counted(side: Side) -> Vec<(Vec<String>, u64, u64)> {
+    // The map only finds the places: its own order is random, and the list keeps the order of the cells.
     let mut counted: Vec<(Vec<String>, u64, u64)> = Vec::new();
     let mut places = std::collections::HashMap::new();
     for cell in side.cells {

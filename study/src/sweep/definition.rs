@@ -97,6 +97,7 @@ impl Definition {
         let values = self.design.values(cell);
         let source = Source { name: self.scenario.clone(), text: self.scenario_text.clone() };
         let mut scenario = Scenario::read(&source, &self.settings(&values))?;
+        // One fault at a time, so that an error names the sentence that causes it.
         for template in &self.faults {
             let sentence = self.fill(template, &values);
             let problem = |message: String| {
@@ -107,6 +108,7 @@ impl Definition {
                 .map_err(|error: ringwing_scenario::fault::FaultSyntaxError| problem(error.to_string()))?;
             scenario = scenario.with_faults(&[fault]).map_err(|error| problem(error.to_string()))?;
         }
+        // Last, because the flights of a cell count their seeds from here, whatever the scenario or `set` says.
         scenario.seed = self.seeds.first;
         Ok(scenario)
     }
@@ -124,11 +126,14 @@ impl Definition {
     fn settings(&self, values: &[String]) -> Vec<Setting> {
         let fixed = self.set.iter().map(|(key, value)| setting("set", key, value));
         let of_axis = |(axis, value): (&Axis, &String)| setting(&axis.place, &axis.name, value);
+        // The axes come last: a later setting replaces an earlier one, so an axis wins over a key that every cell
+        // sets.
         fixed.chain(self.key_axes(values).map(of_axis)).collect()
     }
 
     /// The axes that are keys of the scenario, with their values.
     fn key_axes<'a>(&'a self, values: &'a [String]) -> impl Iterator<Item = (&'a Axis, &'a String)> {
+        // An axis that a fault sentence uses is no key of the scenario, which would refuse it.
         let axes = self.design.axes.iter().zip(values);
         axes.filter(|(axis, _)| !self.faults.iter().any(|template| template.uses(&axis.name)))
     }
@@ -157,6 +162,8 @@ impl Definition {
     /// Whether the flights of `other`, an earlier definition, also belong to this one: it may only have fewer flights of
     /// each cell.
     pub fn continues(&self, other: &Self) -> bool {
+        // Compared as JSON, which leaves out the places of axes and faults: a sweep whose file gets an empty line
+        // still goes on.
         let with_my_seeds = Self { seeds: self.seeds.clone(), ..other.clone() };
         let without_places = |definition: &Self| serde_json::to_value(definition).ok();
         other.seeds.first == self.seeds.first

@@ -91,9 +91,11 @@ impl Design {
         }
         match (self.axes.iter().any(Axis::is_drawn), self.samples) {
             (_, 0) => Some("samples must be at least 1".into()),
+            // With one sample there is one slice, the whole range, so the hypercube would be an ordinary draw.
             (true, 1) if self.sampling == Sampling::LatinHypercube => {
                 Some("a Latin hypercube needs more than one sample: give samples = 100".into())
             }
+            // Without a random axis, all samples of a combination would be the same cell.
             (false, 2..) => Some("samples need a random axis, such as \"uniform 0 .. 2\"".into()),
             _ => None,
         }
@@ -111,12 +113,15 @@ impl Design {
         match self.combination {
             Combination::Grid => sizes.try_fold(1, |product: u64, size| product.checked_mul(size)),
             Combination::Zip => Some(sizes.next().unwrap_or(1)),
+            // All axes share the combination of first values, so each adds one less than it has values.
             Combination::OneAtATime => Some(1 + sizes.map(|size| size - 1).sum::<u64>()),
         }
     }
 
     /// The values of the cell with this number, one for each axis.
     pub fn values(&self, cell: u64) -> Vec<String> {
+        // A draw depends on the sample and not on the combination, so all combinations are compared at the same drawn
+        // values.
         let (point, sample) = (cell / self.samples, cell % self.samples);
         let mut listed = self.indices(point).into_iter();
         let value = |(place, axis): (usize, &Axis)| match &axis.values {
@@ -138,6 +143,8 @@ impl Design {
     }
 
     fn draw(&self, axis: usize, distribution: Distribution, sample: u64) -> String {
+        // The 1 separates these draws from the rounds of `permuted`, which count from 2: shared draws would tie each
+        // sample's slice to its place in the slice.
         let u = Draws::new(self.seed, [PURPOSE, axis as u64, 1], sample).uniform();
         match self.sampling {
             Sampling::Independent => distribution.at(u),
@@ -165,6 +172,8 @@ fn one_off(point: u64, sizes: &[u64]) -> Vec<usize> {
     let mut indices = vec![0; sizes.len()];
     let mut left = point;
     for (index, size) in indices.iter_mut().zip(sizes) {
+        // The first value of an axis belongs to combination 0, so each axis takes up one number less than it has
+        // values.
         if left < *size {
             *index = left as usize;
             break;
@@ -179,6 +188,8 @@ fn one_off(point: u64, sizes: &[u64]) -> Vec<usize> {
 /// A Feistel network on the bits of the place: unlike a shuffled list it needs no memory, and any place of a sweep of
 /// millions can be computed alone. Places that fall outside go round again until they fall inside.
 fn permuted(seed: u64, axis: u64, place: u64, count: u64) -> u64 {
+    // Three rounds suffice for wide blocks (Luby and Rackoff 1988), but a small sweep has only a few bits to mix. More
+    // only cost time. Another number gives other samples.
     const ROUNDS: u64 = 6;
     // Half the bits of the largest place, rounded up, so that both halves together cover it.
     let half = (64 - count.saturating_sub(1).leading_zeros()).div_ceil(2).max(1);

@@ -109,6 +109,7 @@ impl Draft {
 
     /// Adds an axis, in place of one of the same name.
     pub fn add_axis(&mut self, given: Given) {
+        // An axis that is given again keeps its place: the order of the axes decides the number of each cell.
         match self.axes.iter_mut().find(|axis| axis.name == given.name) {
             Some(axis) => *axis = given,
             None => self.axes.push(given),
@@ -157,6 +158,7 @@ impl Draft {
         if let Some(message) = definition.design.problem() {
             return Some(self.problem(message));
         }
+        // The name becomes a folder of results: a slash would put it elsewhere, and a leading dot would hide it.
         let is_safe = |letter: char| letter.is_alphanumeric() || "-_.".contains(letter);
         if definition.name.is_empty()
             || definition.name.starts_with('.')
@@ -186,6 +188,8 @@ impl Draft {
             }
         }
         for given in &self.faults {
+            // An axis with wrong values is missing in `axes`, but a sentence that names it must not define
+            // another one.
             let is_axis = |name: &str| {
                 axes.iter().any(|axis| axis.name == name) || self.axes.iter().any(|axis| axis.name == name)
             };
@@ -207,6 +211,7 @@ impl Draft {
 
     fn seeds(&self) -> Result<Seeds, Vec<SweepProblem>> {
         let count = self.seeds.unwrap_or(if self.precision.is_some() { BATCH } else { SEEDS });
+        // A first batch above the default limit raises it: the user has asked for these flights.
         let max =
             if self.precision.is_some() { self.seeds_max.unwrap_or(SEEDS_MAX.max(count)) } else { count };
         let first = self.first_seed.unwrap_or(1);
@@ -215,6 +220,7 @@ impl Draft {
         } else if max < count {
             Some(format!("seeds_max = {max} is below seeds = {count}"))
         } else if first.checked_add(max).is_none_or(|end| end > i64::MAX.cast_unsigned()) {
+            // TOML and Parquet have signed 64-bit integers, so a larger seed could be flown but not written down.
             Some("the last seed would be above 2^63 - 1: give fewer seeds or a smaller first_seed".to_owned())
         } else if self.precision.is_some_and(|width| !(width > 0.0 && width < 1.0)) {
             Some("precision is the width of an interval of a share: give a number between 0 and 1, such as 0.1".to_owned())

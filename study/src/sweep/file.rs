@@ -124,6 +124,7 @@ impl File<'_> {
         value: &Value<'_>,
         choices: &str,
     ) -> Option<T> {
+        // The names are those that `sweep.json` has, so there is no second list of them that could differ.
         let chosen = value.get_ref().as_str().and_then(|text| serde_json::from_value(text.into()).ok());
         if chosen.is_none() {
             self.refuse(value.span(), format!("{key}: give {choices}"));
@@ -143,6 +144,7 @@ impl File<'_> {
     }
 
     fn number(&mut self, key: &str, value: &Value<'_>) -> Option<f64> {
+        // By its text, so that a whole number will do as well.
         let number = value_text(value.get_ref()).parse().ok();
         if number.is_none() {
             self.refuse(value.span(), format!("{key}: give a number"));

@@ -266,6 +266,7 @@ impl Shown<'_> {
                 let spread = cell.figures[place];
                 let median = spread.median?;
                 let bad = spread.bad.unwrap_or(median);
+                // The bad end lies above or below the median, as the figure is better low or high.
                 Some([median, median.min(bad), median.max(bad)])
             }
             Self::Bad(place, _) => cell.figures[place].bad.map(|bad| [bad; 3]),
@@ -288,6 +289,7 @@ impl Shown<'_> {
         let values = || cells.iter().filter_map(|cell| self.value(cell)).flatten();
         let (low, high) =
             (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+        // If no cell has a value, both ends are infinite, and no axis could be drawn.
         if low <= high { (low, high) } else { (0.0, 1.0) }
     }
 

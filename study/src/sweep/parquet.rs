@@ -38,12 +38,14 @@ const GROUP: usize = 16_384;
 /// A file cannot be read or written.
 pub fn write_parquet(rows: &Path, target: &Path, definition: &Definition) -> Result<(), ResultsError> {
     let columns = Columns::of(definition);
+    // The writer needs the type of every column before the first row, so the rows are read twice.
     let numeric = numeric_axes(rows, &columns)?;
     let mut group: Vec<Row> = Vec::new();
     let mut failure: Option<ParquetError> = None;
     replace(target, |file| {
         let mut table =
             Table { columns: &columns, numeric: &numeric, file: open(file, &columns, &numeric, definition)? };
+        // The closure cannot stop the reading, so the first failure waits in `failure` until the last row is read.
         let read = read_rows(rows, &columns, |row| {
             group.push(row.clone());
             if group.len() == GROUP {
@@ -92,6 +94,8 @@ fn open<'a>(
 }
 
 fn schema(columns: &Columns, numeric: &[bool]) -> Result<TypePtr, ParquetError> {
+    // The order is that of the columns in CSV. `write_group` fills the columns one after the other, so both must
+    // agree.
     let mut fields = vec![whole("cell")?, whole("seed")?];
     for (name, is_numeric) in columns.axes.iter().zip(numeric) {
         fields.push(if *is_numeric { number(name)? } else { text(name)? });
@@ -168,6 +172,7 @@ fn write<T: DataType>(
     group: &mut Group,
     values: impl Iterator<Item = Option<T::T>>,
 ) -> Result<(), ParquetError> {
+    // Parquet stores only the values that are there; a level of 0 instead of 1 marks a row without a value.
     let (mut present, mut levels) = (Vec::new(), Vec::new());
     for value in values {
         levels.push(i16::from(value.is_some()));

@@ -138,6 +138,7 @@ impl RowFile {
 /// # Errors
 /// A file cannot be read or written, or two rows of one flight differ.
 pub fn sort_rows(sources: &[&Path], target: &Path, columns: &Columns) -> Result<u64, ResultsError> {
+    // Sort the places of the rows and not the rows: a long sweep may have more rows than fit in memory.
     let mut places: Vec<(RowPlace, usize)> = Vec::new();
     let mut files = Vec::new();
     for (index, path) in sources.iter().enumerate() {
@@ -150,6 +151,8 @@ pub fn sort_rows(sources: &[&Path], target: &Path, columns: &Columns) -> Result<
     let mut different = None;
     replace(target, |out| {
         out.write_all(&header(columns))?;
+        // Two files may both have a flight, and then both rows must be equal: cell and seed alone decide a flight of
+        // one build.
         let mut last: Option<((u64, u64), Vec<u8>)> = None;
         for (place, source) in &places {
             let line = read_at(&mut files[*source], *place)?;
@@ -233,6 +236,7 @@ fn parse_line(line: &[u8], columns: &Columns) -> Option<Row> {
 
 /// The flight of a row, if its seed is one of the sweep's.
 pub fn flight_of(row: &Row, definition: &Definition) -> Option<FlightId> {
+    // A seed below the first one is of no flight of this sweep; a plain subtraction would overflow.
     let index = row.seed.checked_sub(definition.seeds.first)?;
     Some(FlightId { cell: row.cell, index })
 }

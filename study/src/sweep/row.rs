@@ -83,6 +83,7 @@ impl Row {
                 .map_or_else(Vec::new, |outcome| outcome.violated().map(ToOwned::to_owned).collect()),
             figures: FIGURES.iter().map(|figure| flown.and_then(|outcome| figure.of(outcome))).collect(),
             payload_hash: flown.and_then(|outcome| outcome.payload_hash().map(ToOwned::to_owned)),
+            // A line break would split the row: whoever reads the file takes every line for a row.
             failure: outcome.as_ref().err().map(|why| why.replace(['\n', '\r'], " ")),
         }
     }
@@ -120,6 +121,7 @@ impl Row {
         if fields.len() != BEFORE.len() + columns.axes.len() + VERDICT.len() + FIGURES.len() + AFTER.len() {
             return None;
         }
+        // The number of fields is checked above, because `split_at` panics if there are too few.
         let (before, rest) = fields.split_at(BEFORE.len());
         let (values, rest) = rest.split_at(columns.axes.len());
         let (verdict, rest) = rest.split_at(VERDICT.len());

@@ -67,6 +67,7 @@ impl Template {
     pub fn fill<'a>(&self, value: impl Fn(&str) -> Option<&'a str>) -> String {
         let text = |part: &Part| match part {
             Part::Text(text) => text.clone(),
+            // Never empty: `parse` has found or defined every axis of the sentence.
             Part::Axis(name) => value(name).unwrap_or_default().to_owned(),
         };
         self.parts.iter().map(text).collect()

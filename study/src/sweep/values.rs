@@ -55,6 +55,7 @@ impl Distribution {
         } else {
             (value - self.low) / (self.high - self.low)
         };
+        // A draw is rounded to some digits and may come out as `high`, which is beyond the last bin.
         let bin = ((share * f64::from(BINS)) as u32).min(BINS - 1);
         let middle: f64 = self.at((f64::from(bin) + 0.5) / f64::from(BINS)).parse().unwrap_or(value);
         // Three digits, because the middle of a bin is no exact number.
@@ -162,6 +163,7 @@ fn spaced(first: f64, last: f64, count: usize, is_log: bool) -> Result<Vec<Strin
     if count > 1 && first == last {
         return Err(format!("empty range: {first} .. {last} has only one value"));
     }
+    // A single value is the first one: with no gaps to divide by, its share would be no number.
     let share = |index: usize| if count > 1 { index as f64 / (count - 1) as f64 } else { 0.0 };
     let value = |index| {
         let share = share(index);

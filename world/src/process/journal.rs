@@ -46,6 +46,7 @@ impl Journal {
 
     /// Begins the page of `tick`, which `is_wanted` if somebody records. The page before is complete.
     pub(super) fn begin(&mut self, tick: Tick, is_wanted: bool) {
+        // The other page was sent while the agents worked on the tick before, so its memory is free again.
         std::mem::swap(&mut self.filling, &mut self.complete);
         self.filling.is_wanted = is_wanted;
         if is_wanted {
@@ -61,6 +62,7 @@ impl Journal {
 
     /// Notes what a UAV senses.
     pub(super) fn note_sensed(&mut self, sensed: &Sensed) {
+        // This is called for every UAV in every tick, so it copies nothing while nobody records.
         if self.filling.is_wanted {
             self.filling.entries[sensed.uav.index()].set_sensed(sensed);
         }
