@@ -71,6 +71,7 @@ impl Periods {
     /// Takes a tick: begins and ends the passages of obstacles.
     pub(super) fn observe(&mut self, time_s: f64, frame: &Frame) {
         self.now_s = time_s;
+        // Taken out for the loop, because `begin` and `finish` need the whole of `self`.
         let obstacles = std::mem::take(&mut self.obstacles);
         for (obstacle, route) in &obstacles {
             let centre = route.at(time_s).pose.position;
