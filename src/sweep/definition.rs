@@ -101,7 +101,9 @@ impl SweepArgs {
         for setting in &self.settings {
             draft.set(Given::new(&setting.key, &setting.value, "--set"));
         }
+        // A fault has no name that another one could take over, so the faults of the file stay.
         draft.faults.extend(self.faults.iter().map(|text| Given::new("", text, "--fault")));
+        // clap has refused every other word, so the last arms stand for one word each.
         let combination = |text: &String| match text.as_str() {
             "zip" => Combination::Zip,
             "one-at-a-time" => Combination::OneAtATime,

@@ -24,6 +24,7 @@ const PRINTED: usize = 40;
 
 /// Identifies this program to the bit.
 pub(crate) fn build() -> anyhow::Result<String> {
+    // A hash and not the version: two builds of one version may fly differently, and their rows must not be mixed.
     let path = env::current_exe().context("the path of this program is unknown")?;
     let bytes = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
     Ok(format!("{:016x}", xxh3_64(&bytes)))
@@ -34,6 +35,7 @@ pub(super) fn figures(named: &[String]) -> Result<Vec<&'static Figure>, WrongUsa
     let mut figures: Vec<&Figure> = FIGURES.iter().filter_map(|name| Figure::named(name)).collect();
     for name in named {
         let figure = Figure::named(name).ok_or_else(|| unknown_figure(name))?;
+        // A figure that is named twice would have two columns of the same name.
         if figures.iter().all(|other| other.name != figure.name) {
             figures.push(figure);
         }
@@ -124,6 +126,7 @@ fn print(sweep: &Definition, cells: &[Cell]) {
 
 /// Whether all flights of the cell are the same.
 fn is_repeated(cell: &Cell) -> bool {
+    // The kept rows are enough: where chance plays a part, even two flights differ.
     let hash = |index: usize| cell.kept.get(index).and_then(|row| row.payload_hash.as_ref());
     cell.kept.len() > 1 && hash(0).is_some() && (1..cell.kept.len()).all(|index| hash(index) == hash(0))
 }
