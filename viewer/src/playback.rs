@@ -192,6 +192,7 @@ impl Player {
                     status: PlaybackStatus::Ended,
                     ..state(&self.controls.clock(), Instant::now())
                 });
+                // The server goes on: a viewer may still seek back into the flight.
                 end = self.wait_for_seek();
             }
             match end {
