@@ -168,6 +168,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     // Only now: a run that is refused must not leave an empty folder.
     let folder = make_folder(plan, owner.domain())?;
     let node = create_node(owner.domain(), "launcher")?;
+    // All services exist before the first process starts, so no process has to wait until another has made one.
     let services = Services::create(&node, owner.domain(), &plan.scenario, journal_depth)?;
     let ports = LauncherPorts::open(node, services)?;
     Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)

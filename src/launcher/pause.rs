@@ -45,6 +45,7 @@ impl Supervisor<'_> {
         request: PauseRequest,
         reply: Reply,
     ) -> Result<(), LaunchError> {
+        // Deadlines of a flight in real time pass by the wall clock, so nothing could hold its ticks.
         if self.plan.scenario.pace() == Pace::RealTime {
             reply.refuse("a flight in real time follows the wall clock: fly in lockstep to pause it");
             return Ok(());

@@ -153,6 +153,7 @@ impl<'a, R> FaultQueue<'a, R> {
 
     /// Hands over the announcements that are due by `now`.
     pub(super) fn take_announcements(&mut self, now: Tick) -> Vec<Announcement> {
+        // They are in the order of their ticks, so the first later one ends the search.
         let count = self.announcements.iter().take_while(|one| one.event.tick <= now).count();
         self.announcements.drain(..count).collect()
     }

@@ -179,6 +179,7 @@ impl Lifecycle {
     pub(super) fn expects(&self) -> Attendant {
         match self.phase {
             LifePhase::Starting(live) => Attendant::Child(live.pid),
+            // A process that is started by hand may also take the place of a lost one.
             LifePhase::Absent | LifePhase::Awaited => Attendant::Stranger,
             LifePhase::Ready(_) => Attendant::Nobody,
         }
@@ -325,6 +326,7 @@ impl Lifecycle {
 
     /// An end after the flight is expected. Only the recorder's end can still do damage: its log may be incomplete.
     fn on_late_end(&self, end: ProcessEnd) -> Vec<Effect> {
+        // The launcher is not the parent of a process that was started by hand, so it cannot know how that one ended.
         let is_in_order = matches!(end, ProcessEnd::Exited(0) | ProcessEnd::Unknown);
         if self.part != Part::Recorder || is_in_order {
             return Vec::new();
