@@ -54,6 +54,7 @@ impl Periods {
                 self.begin(Cause::Fault, sentence, time_s);
             }
             Event::FaultHealed { sentence } => self.finish(Cause::Fault, sentence, time_s),
+            // Whatever took the process away, the period has the same name, so that every kind of return ends it.
             Event::ProcessLost { part, .. }
             | Event::ProcessFrozen { part }
             | Event::ProcessFault { part, action: Kill { .. } | Stop | Freeze, .. } => {

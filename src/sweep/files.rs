@@ -55,6 +55,7 @@ pub(super) fn write(
     shard: Shard,
     args: &SweepArgs,
 ) -> anyhow::Result<()> {
+    // A shard has only a part of the flights, so tables and maps have to wait for the merge.
     if shard == Shard::WHOLE {
         return write_all(folder, manifest, &figures(&args.figures)?, args.json);
     }
@@ -185,6 +186,7 @@ fn write_cells(
     cells: &[Cell],
     figures: &[&Figure],
 ) -> Result<(), ResultsError> {
+    // An absent figure is an empty field, because a reader would take any number for a measured one.
     let text = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     let mut header = vec!["cell".to_owned()];
     header.extend(Columns::of(sweep).axes.iter().cloned());

@@ -143,6 +143,7 @@ fn prepare(folder: &Path, sweep: &Definition, args: &SweepArgs) -> anyhow::Resul
     }
     let error = |source| ResultsError::File { path: folder.to_owned(), what: "made", source };
     fs::create_dir_all(folder).map_err(error)?;
+    // Write it again even if it is there: a sweep may go on with more seeds than before.
     manifest.write(folder)?;
     Ok(manifest)
 }

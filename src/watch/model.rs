@@ -155,6 +155,7 @@ impl Model {
         // The picture is centred on the leader: if it is lost, keep its last place, so that the picture does not
         // jump.
         self.leader = frame.leader.map(|leader| leader.position_m).or(self.leader);
+        // A collision is one whether or not the two are ring neighbours, so the course shows the closest pair of all.
         let closest = [&moment.closest.adjacent, &moment.closest.other];
         let closest_m = closest.into_iter().flatten().map(|pair| pair.distance_m).reduce(f64::min);
         let ages = frame

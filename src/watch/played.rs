@@ -63,6 +63,7 @@ impl PlayedLog {
             metrics: Metrics::new(&scenario),
             rate_hz: f64::from(scenario.time.rate_hz),
             speed: 1.0,
+            // Tick 0 is due at once, and with it the approach, which is tick -1.
             since: Some((0.0, Instant::now())),
             due: 0.0,
         };

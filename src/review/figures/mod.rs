@@ -126,6 +126,7 @@ fn distances(flight: &LoggedFlight) -> [FlightFigure; 2] {
 
 fn speeds(flight: &LoggedFlight) -> [FlightFigure; 2] {
     let limits = &flight.scenario.airframe;
+    // The two levels of each figure have one name, so that they share a row of the legend.
     let linear = OverTime::of_uavs(flight, |uav| &uav.speed_m_s)
         .level("v_min, v_max", limits.speed_min_m_s)
         .level("v_min, v_max", limits.speed_max_m_s);
