@@ -48,9 +48,11 @@ pub struct Start<'s> {
 /// The arguments of the program name the run and the UAV. If they do not, this prints how to start the program, and the exit
 /// code is 2; it is 1 if the program cannot take part in the run.
 pub fn main<C: Controller>(make: impl FnOnce(&Start<'_>) -> C) -> ExitCode {
+    // `args` panics at an argument that is not UTF-8, and a controller's own arguments may be such paths.
     let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
     match run(&arguments, make) {
         Ok(()) => ExitCode::SUCCESS,
+        // A message of clap already says that it is an error, so add nothing.
         Err(RunError::Usage(why)) => say(&why, 2),
         Err(RunError::Agent(error)) => say(&format!("error: agent: {error}"), 1),
     }

@@ -66,6 +66,7 @@ impl Folder {
         if !self.definition().exists() {
             return Ok(());
         }
+        // The definition goes last: as long as it is there, a removal that was cut short can be done again.
         for name in [FLIGHTS, WORST, DEFINITION] {
             match fs::remove_file(self.0.join(name)) {
                 Err(error) if error.kind() != ErrorKind::NotFound => return Err(self.error("removed", error)),
@@ -100,6 +101,8 @@ fn definition(hunt: &Hunt) -> anyhow::Result<String> {
         Strategy::Evolution => "evolution",
         Strategy::Random => "random",
     };
+    // The limits are missing on purpose: a hunt may go on with more flights, time or patience. The build is there
+    // because another one may fly the same faults differently.
     let value = json!({
         "scenario": hunt.scenario.to_toml(), "budget": hunt.budget.to_string(), "goal": hunt.goal.to_string(),
         "strategy": strategy, "search_seed": hunt.seed, "version": env!("CARGO_PKG_VERSION"), "build": build()?,

@@ -92,7 +92,9 @@ pub(crate) fn run(args: &HuntArgs) -> anyhow::Result<ExitCode> {
     let hunted = fly_all(&hunt, file, args.limits(), &crew, |search| progress.show(search));
     progress.finish();
     let hunted = hunted?;
+    // `--time` stops a hunt in the same way, but is no interrupt.
     let is_interrupted = hunted.end == End::Stopped && stop.is_set();
+    // Do this even after an interrupt: the worst flight so far is written as well, only not made small.
     let finding = args.found(&hunt, &hunted, &stop)?;
     let report = Report::new(&hunt, &args.scenario, &hunted, finding.as_ref(), is_interrupted);
     if let Some(finding) = &finding {
@@ -118,11 +120,14 @@ impl HuntArgs {
             .budget
             .parse()
             .map_err(|error| WrongUsage(format!("--budget {:?}: {error}", self.budget)))?;
+        // Without a flag, the figure itself says which of its ends is the bad one.
         let is_highest = (self.highest || self.lowest).then_some(self.highest);
         let goal =
             Goal::new(&self.goal, is_highest).map_err(|error| WrongUsage(format!("--goal {error}")))?;
         let source = Source::find(&self.scenario)?;
         let scenario = Scenario::read(&source, &self.settings)?.with_faults(&self.faults)?;
+        // Fly once before the hunt: if the scenario itself ends the world, all its flights fail and none is worse
+        // than another.
         if simulate(&scenario).map_err(WrongUsage)?.verdict == Verdict::Failed {
             let why = "a fault ends the world, so no flight has an end to judge: remove that fault";
             return Err(WrongUsage(format!("scenario {:?}: {why}", scenario.name)).into());

@@ -48,6 +48,8 @@ impl<'h> Progress<'h> {
     }
 
     fn text(&self, search: &Search, elapsed_s: f64) -> String {
+        // The flights of earlier runs are only read from the file. If they counted, the rate would be too high at
+        // first.
         let rate = search.flights().saturating_sub(self.before) as f64 / elapsed_s.max(1e-3);
         let worst = search.worst().map_or_else(String::new, |worst| {
             let goal = &self.hunt.goal;

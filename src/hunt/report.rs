@@ -100,6 +100,7 @@ impl Report {
         line("rows", &folder.rows().display().to_string());
         if self.shrunk.is_some() {
             let path = folder.worst().display().to_string();
+            // The line is for copying into a shell, and the path may have spaces.
             line("fly it", &format!("ringwing run {}", quoted(&path)));
         }
         Ok(())
@@ -119,6 +120,8 @@ impl Report {
 fn value(goal: &Goal, badness: Badness) -> Value {
     let text = goal.text(badness);
     match badness {
+        // The text has the sign and the zero that people expect. An infinite value is no number of JSON, so it stays
+        // a text.
         Badness::Of(_) => serde_json::from_str(&text).unwrap_or(Value::String(text)),
         Badness::Nothing | Badness::Never => Value::String(text),
     }

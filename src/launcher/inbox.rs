@@ -125,6 +125,7 @@ impl Inbox {
     /// Begins to watch for ticks that the world holds.
     pub(super) fn watch_holds(&self, gate: Gate) -> Result<(), LaunchError> {
         let inbox = self.sender.clone();
+        // The flight stands while the world holds a tick, so a thread of its own notices it at once.
         spawn_thread("the thread that waits for the world to hold", move || report_holds(&gate, &inbox))
             .map(drop)
     }
@@ -233,6 +234,7 @@ fn read_request(stream: UnixStream) -> io::Result<LiveRequest<Reply>> {
 fn wait_for_end(pid: u32) {
     let process = Pid::from_raw(pid.cast_signed()).and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
     if let Some(process) = process {
+        // A signal to the launcher interrupts the wait, although the process still lives.
         while poll(&mut [PollFd::new(&process, PollFlags::IN)], None) == Err(Errno::INTR) {}
     }
 }

@@ -103,6 +103,8 @@ impl Janitor {
     /// Removes the remains of dead processes later, once the recorder has read what was sent until `now`.
     pub(super) fn clean_later(&mut self, now: Option<Tick>) {
         if let Some(now) = now {
+            // The first end stays: if each one began the time anew, a series of kills would put off the removal for
+            // ever.
             let (first, _) = self.ends.unwrap_or((now, now));
             self.ends = Some((first, now));
         }

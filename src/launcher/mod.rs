@@ -156,6 +156,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     // Open the inbox first: from here on an interrupt ends the run in order.
     let inbox = Inbox::open()?;
     own_program::check(&plan.scenario)?;
+    // Do this before looking at the memory: what a killed run has left would be missing.
     remove_abandoned();
     // Before anything is made: a run that lacks something later ends by a signal, and says nothing.
     let demand = Demand::of(&plan.scenario, plan.recorder);
@@ -164,8 +165,10 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let resolved = plan.scenario.to_toml();
     let (owner, gate) = DomainOwner::create(&resolved)?;
     demand.set_aside(owner.domain(), journal_depth)?;
+    // Only now: a run that is refused must not leave an empty folder.
     let folder = make_folder(plan, owner.domain())?;
     let node = create_node(owner.domain(), "launcher")?;
+    // All services exist before the first process starts, so no process has to wait until another has made one.
     let services = Services::create(&node, owner.domain(), &plan.scenario, journal_depth)?;
     let ports = LauncherPorts::open(node, services)?;
     Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)
@@ -181,6 +184,7 @@ fn make_folder(plan: &Plan, domain: &Domain) -> Result<PathBuf, LaunchError> {
     fs::create_dir_all(&config).map_err(|error| unwritable((config.clone(), error)))?;
     let file = config.join("iceoryx2.toml");
     write_whole(&file, domain.iox2_config()).map_err(|error| unwritable((file, error)))?;
+    // The link comes last, so that it never leads to a folder that lacks its files.
     run_folder::link_latest(&folder);
     Ok(folder)
 }

@@ -34,6 +34,8 @@ fn check_one(uav: UavId, section: &AgentSection) -> Result<(), LaunchError> {
     if !folder.is_dir() {
         return Err(problem(io::Error::from(io::ErrorKind::NotADirectory)));
     }
+    // As in a shell, a name with a slash is a path and any other is looked for in PATH. The program starts in its
+    // folder, so its path is relative to that.
     let found = if program.contains('/') {
         executable(&folder.join(program))
     } else {
@@ -47,6 +49,7 @@ fn check_one(uav: UavId, section: &AgentSection) -> Result<(), LaunchError> {
 
 /// Whether the file at `path` can be executed.
 fn executable(path: &Path) -> io::Result<()> {
+    // `access` says that a folder can be executed, too.
     if path.is_dir() {
         return Err(io::Error::from(io::ErrorKind::IsADirectory));
     }

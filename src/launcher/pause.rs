@@ -23,6 +23,7 @@ impl Supervisor<'_> {
     /// terminal's Ctrl-Z themselves, because each is in a process group of its own.
     pub(super) fn suspend(&mut self) {
         self.progress.print("stopped; `fg` or SIGCONT continues the run");
+        // The processes stop first: once the launcher stands, nobody else would stop them.
         self.signal_awake(ProcessSignal::Stop);
         stop_self();
         self.signal_awake(ProcessSignal::Continue);
@@ -44,10 +45,12 @@ impl Supervisor<'_> {
         request: PauseRequest,
         reply: Reply,
     ) -> Result<(), LaunchError> {
+        // Deadlines of a flight in real time pass by the wall clock, so nothing could hold its ticks.
         if self.plan.scenario.pace() == Pace::RealTime {
             reply.refuse("a flight in real time follows the wall clock: fly in lockstep to pause it");
             return Ok(());
         }
+        // The flight has begun, but its first tick may not be open yet.
         let now = self.gate.tick().unwrap_or(Tick(0));
         for (reply, answer) in self.stepper.submit(request, reply, now) {
             reply.send(&answer);

@@ -28,6 +28,7 @@ impl LauncherPorts {
             roster: services::roster().publisher(&node)?,
             events: services::launcher_events().publisher(&node)?,
             world_events: services::world_events().subscriber(&node, services::RECORDER_DEPTH)?,
+            // The progress line shows only the newest one, so older ones need no room.
             formation_error: services::formation_error().subscriber(&node, 1)?,
             services,
             node,

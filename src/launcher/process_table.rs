@@ -48,6 +48,7 @@ impl ProcessTable {
 
     /// The parts whose process exists.
     pub(super) fn living(&self) -> Vec<Part> {
+        // In the order of parts, so the world comes first: whoever stops all processes relies on that.
         self.parts_with(|process| process.pid().is_some()).collect()
     }
 
@@ -65,6 +66,8 @@ impl ProcessTable {
         let mut roster = Roster::empty();
         roster.revision = revision;
         roster.set_leader(self.get(Part::Leader).is_running());
+        // The recorder follows another rule than the others: frozen by accident, it keeps its buffers and is waited
+        // for.
         roster.set_recorder(self.get(Part::Recorder).is_reading());
         roster.set_hold(self.processes.values().any(Lifecycle::holds_flight));
         for uav in UavId::all(self.uavs) {

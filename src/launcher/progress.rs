@@ -54,6 +54,7 @@ impl<'a> Progress<'a> {
     /// Prints `line` above the progress line.
     pub(crate) fn print(&self, line: &str) {
         if !self.is_quiet {
+            // Hide the bar for the moment, or it and the line would be written into each other.
             self.bar.suspend(|| output::note(&format!("ringwing: {line}")));
         }
     }
@@ -93,8 +94,10 @@ impl<'a> Progress<'a> {
     /// Shows that the flight has come to `tick`.
     pub(crate) fn update(&mut self, tick: Option<Tick>) {
         let Some(tick) = tick else { return };
+        // The approach is tick -1, which would be a huge unsigned position of the bar.
         self.last_tick = tick.max(Tick(0));
         let flown_s = self.last_tick.seconds(self.scenario.time.rate_hz);
+        // Count from the first tick, because the start of the processes says nothing about the pace of the flight.
         let (begin, begun_s) = *self.begin.get_or_insert_with(|| (Instant::now(), flown_s));
         let factor = real_time_factor(flown_s - begun_s, begin.elapsed().as_secs_f64());
         let pace = match factor {

@@ -72,6 +72,7 @@ impl<'a> Spawner<'a> {
             let copy =
                 output.try_clone().map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
             own_program::set_command(&mut command, own, &arguments);
+            // Both streams go into one pipe, so that errors stand between the lines that they belong to.
             command.stdout(copy).stderr(output);
         } else {
             command.args(self.plan.lock_memory.then_some("--lock-memory")).args(arguments);

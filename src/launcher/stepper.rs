@@ -42,6 +42,7 @@ impl FromStr for PauseRequest {
         match text.split_once(' ') {
             None if text == "pause" => Ok(Self::Pause),
             None if text == "resume" => Ok(Self::Resume),
+            // `NonZeroU32` refuses a step of 0, after which the flight would stand where it stood.
             Some(("step", ticks)) => ticks.parse().map(Self::Step).map_err(drop),
             _ => Err(()),
         }
@@ -102,6 +103,7 @@ impl<R> Stepper<R> {
                 vec![(reply, self.at(tick, "paused already"))]
             }
             PauseRequest::Step(ticks) => {
+                // Two steps at a time would leave open which of the two ticks each answer is about.
                 let Some(tick) = self.standing.take() else {
                     return vec![(reply, refused("another step is under way"))];
                 };
@@ -110,6 +112,8 @@ impl<R> Stepper<R> {
                 Vec::new()
             }
             PauseRequest::Resume => {
+                // The flight may not stand yet: a pause was asked for, and the world is still on its way to the next
+                // tick.
                 let tick = self.standing.take().unwrap_or(now);
                 self.free_before = BEYOND_ALL_TICKS;
                 let answer = self.at(tick, "flies on");
@@ -126,6 +130,7 @@ impl<R> Stepper<R> {
         if self.standing.is_some() || tick < self.free_before {
             return Vec::new();
         }
+        // A pause had no tick of its own until now. From here on, a step counts from the tick that the world holds.
         (self.standing, self.free_before) = (Some(tick), tick);
         self.answer_all(&self.at(tick, "paused"))
     }

@@ -194,6 +194,7 @@ impl<'a> Supervisor<'a> {
         let (mut patience_with_own, mut is_own_late) =
             (Patience::of(self.plan.scenario.answer_limit()), false);
         while !self.processes.living().is_empty() {
+            // A frozen process cannot leave by itself, so waiting for it is in vain.
             for part in self.processes.frozen() {
                 self.progress.print_warning(&format!("{part} was still frozen at the end; killed"));
                 self.report(part, Input::Killed)?;
@@ -283,6 +284,7 @@ impl<'a> Supervisor<'a> {
             // A hold only ends the wait: the caller applies faults after every wait.
             Some(Notice::Held) | None => {}
         }
+        // Do this before the time limits count: while the launcher was stopped, nobody was late.
         self.note_sleep()?;
         self.note_ready_processes()?;
         self.parts().try_for_each(|part| self.report(part, Input::ClockTicked))?;
@@ -298,6 +300,8 @@ impl<'a> Supervisor<'a> {
             ProcessChange::Stopped => self.report(part, Input::Stopped),
             ProcessChange::Continued => self.report(part, Input::Continued),
             ProcessChange::Ended(end) => {
+                // Otherwise its id, once the kernel gives it to another process, looks like one that was started by
+                // hand.
                 self.gate.set_ready_process(part, None);
                 if self.has_children(part) {
                     // Whatever it has started ends with it.
@@ -323,6 +327,7 @@ impl<'a> Supervisor<'a> {
         self.is_interrupted = true;
         self.gate.request_stop();
         self.log_event(Event::RunInterrupted)?;
+        // Without a roster the world does not fly, so no end of the flight would end the run.
         if self.revision == 0 {
             self.failures.push("interrupted before the flight began".into());
         }
@@ -392,6 +397,7 @@ impl<'a> Supervisor<'a> {
         roster.free_before = self.faults.free_before().min(self.stepper.free_before());
         roster.set_paused(self.stepper.is_paused());
         self.ports.roster.send(roster, Stamps::now())?;
+        // Wake the world only now: if it woke before, it would find the old roster and sleep again.
         self.gate.nudge_world();
         Ok(())
     }

@@ -26,6 +26,7 @@ type Frame = (usize, (f64, f64));
 /// The flight as an SVG that moves.
 pub(super) fn svg(flight: &LoggedFlight) -> String {
     let last = flight.times_s.len().saturating_sub(1);
+    // One less than the frames, so that the last frame shows the last tick.
     let ticks: Vec<usize> = (0..FRAMES).map(|frame| frame * last / (FRAMES - 1)).collect();
     let centres: Vec<(f64, f64)> = ticks.iter().map(|tick| leader(flight, *tick)).collect();
     let frames: Vec<_> = ticks.iter().copied().zip(centres.iter().copied()).collect();
@@ -34,6 +35,7 @@ pub(super) fn svg(flight: &LoggedFlight) -> String {
         movers: movers(flight, &frames),
         discs: discs(flight, &frames),
         outline: frames.iter().map(|(tick, centre)| ring(flight, *tick, *centre)).collect(),
+        // The picture moves with the leader, so the ground moves the other way.
         ground: centres.iter().map(|(x, y)| (-x, -y)).collect(),
         captions: captions(flight, duration_s),
         clock: ticks
@@ -94,6 +96,7 @@ fn ring(flight: &LoggedFlight, tick: usize, centre: (f64, f64)) -> Vec<(f64, f64
         is_member.then(|| place(columns, tick, centre)).flatten()
     };
     let corners: Vec<_> = in_order.iter().map(corner).collect();
+    // The line goes round, so a missing first corner takes that of the last UAV.
     let mut last = corners.iter().flatten().next_back().copied().unwrap_or_default();
     let mut line: Vec<_> = corners
         .into_iter()
@@ -147,6 +150,7 @@ fn at(flight: &LoggedFlight, route: &Route, (tick, (x, y)): Frame) -> Pose {
 
 /// The first events of the flight. Those that follow each other closely share a caption, because nobody could read the first.
 fn captions(flight: &LoggedFlight, duration_s: f64) -> Vec<Caption> {
+    // Events of the approach and after the last tick have no frame.
     let events = flight.events.iter().filter(|event| event.time_s >= 0.0 && event.time_s <= duration_s);
     let events: Vec<&ShownEvent> = events.collect();
     let groups = events.chunk_by(|one, next| next.time_s - one.time_s < READING_S);
@@ -154,6 +158,7 @@ fn captions(flight: &LoggedFlight, duration_s: f64) -> Vec<Caption> {
         let texts: Vec<&str> = group.iter().map(|event| event.text.as_str()).collect();
         let time_s = group.first().map_or(0.0, |event| event.time_s);
         Caption {
+            // A log of a single tick lasts 0 s, and 0 / 0 would be NaN.
             at: time_s / duration_s.max(f64::MIN_POSITIVE),
             text: format!("{time_s:.1} s: {}", texts.join("; ")),
         }

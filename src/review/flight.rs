@@ -94,6 +94,7 @@ impl LoggedFlight {
         let uavs = (0..scenario.formation.uavs).map(|_| UavColumns::default()).collect();
         Self {
             path,
+            // A placeholder: the summary needs the whole log, and `read` puts it here at the end.
             summary: Summary::of_log(&scenario, LogFindings::default()),
             periods: Periods::new(&scenario.all_obstacles()),
             scenario,
@@ -140,6 +141,7 @@ impl LoggedFlight {
         self.periods.observe(time_s, &tick.frame);
         self.ring_spacing_m.push(tick.frame.ring.spacing_m());
         self.ring_radius_m.push(tick.frame.ring.radius_m());
+        // The log has the leader less often than the UAVs, so a tick may lack these values.
         self.leader_x_m.push(tick.leader.map(|leader| leader.x));
         self.leader_y_m.push(tick.leader.map(|leader| leader.y));
         self.round_trip_us.push(tick.timing.as_ref().map(|timing| timing.round_trip_us));

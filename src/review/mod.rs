@@ -46,6 +46,7 @@ pub(crate) struct ReviewArgs {
 
 /// Prints the summary and draws the figures; the exit code is that of the flight, or of the worse one of two.
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
+    // Read both logs before printing: an unreadable second one must not follow half of the output.
     let flights = iter::once(&args.log)
         .chain(&args.other)
         .map(|log| LoggedFlight::read(&config::log(log)))
@@ -77,14 +78,17 @@ fn draw(flights: &[LoggedFlight], folder: &Path) -> anyhow::Result<()> {
     let mut figures: Vec<FlightFigure> = Vec::new();
     for (name, flight) in names.iter().zip(flights) {
         for figure in figures::all(flight) {
+            // Both flights have figures of the same names, and the second table must not replace the first.
             let suffix = if *name == "B" { ".b" } else { "" };
             write(&folder.join(format!("{}{suffix}.csv", figure.name)), figure.table.csv())?;
             overlay::add(&mut figures, figure, name);
         }
     }
+    // Draw only now: the lines of both flights are in the same figure.
     for figure in &figures {
         write(&folder.join(format!("{}.svg", figure.name)), &figure.chart.svg()?)?;
     }
+    // The page comes last: once it is there, all that it links to is there, too.
     let named = names.iter().map(|name| (*name).to_owned()).zip(flights);
     write(&folder.join("index.html"), &page::page(&named.collect::<Vec<_>>(), &figures))
 }

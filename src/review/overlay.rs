@@ -17,6 +17,7 @@ pub(super) fn add(figures: &mut Vec<FlightFigure>, mut figure: FlightFigure, fli
         }
     }
     match same {
+        // The table of this flight is not added: it is a file of its own already.
         Some(before) => {
             before.chart.lines.append(&mut figure.chart.lines);
             before.chart.marks.append(&mut figure.chart.marks);

@@ -80,6 +80,7 @@ fn push_tiles(page: &mut String, flight: &LoggedFlight) {
     page.push_str("</div>\n");
     let reasons =
         ["failures", "violations"].map(|field| summary[field].as_array().cloned().unwrap_or_default());
+    // Failures come first: a flight that did not end says little about its requirements.
     let reasons: Vec<Value> = reasons.concat();
     if !reasons.is_empty() {
         let items =

@@ -54,6 +54,7 @@ impl Periods {
                 self.begin(Cause::Fault, sentence, time_s);
             }
             Event::FaultHealed { sentence } => self.finish(Cause::Fault, sentence, time_s),
+            // Whatever took the process away, the period has the same name, so that every kind of return ends it.
             Event::ProcessLost { part, .. }
             | Event::ProcessFrozen { part }
             | Event::ProcessFault { part, action: Kill { .. } | Stop | Freeze, .. } => {
@@ -71,6 +72,7 @@ impl Periods {
     /// Takes a tick: begins and ends the passages of obstacles.
     pub(super) fn observe(&mut self, time_s: f64, frame: &Frame) {
         self.now_s = time_s;
+        // Taken out for the loop, because `begin` and `finish` need the whole of `self`.
         let obstacles = std::mem::take(&mut self.obstacles);
         for (obstacle, route) in &obstacles {
             let centre = route.at(time_s).pose.position;

@@ -29,6 +29,7 @@ impl Table {
             push(&mut text, *value);
             for column in &columns {
                 text.push(',');
+                // A column that is too short gives empty cells, so that every row has equally many.
                 push(&mut text, column.get(row).copied().flatten());
             }
             text.push('\n');

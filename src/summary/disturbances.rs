@@ -40,6 +40,7 @@ fn shown(recoveries: &[FaultRecovery]) -> Vec<&FaultRecovery> {
     let last = recoveries.len().saturating_sub(1);
     // Of equally long ones the first.
     let worst = (0..recoveries.len()).rev().max_by(|one, other| {
+        // A recovery without an end has no length, so every other one is longer.
         let seconds = |place: usize| recoveries[place].recovery_s.unwrap_or(-1.0);
         seconds(*one).total_cmp(&seconds(*other))
     });

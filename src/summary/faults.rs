@@ -13,6 +13,7 @@ pub(super) type EffectLine = [String; 3];
 /// The lines about `effects`; none if no fault was asked for.
 pub(super) fn effect_lines(effects: &FaultEffects) -> Vec<EffectLine> {
     let FaultEffects { asked, acted, without_effect } = effects;
+    // A flight without faults has nothing to tell here: a line of zeros would only lengthen its summary.
     if *asked == 0 {
         return Vec::new();
     }

@@ -30,6 +30,7 @@ pub(super) fn is_narrow(f: &fmt::Formatter<'_>) -> bool {
 /// Writes `head` and `text`, whose further lines stand below its first one.
 pub(super) fn paragraph(f: &mut fmt::Formatter<'_>, head: &str, text: &str) -> fmt::Result {
     let indent = head.chars().count();
+    // Without a width, the text is not for a terminal, so no line has to be broken.
     let columns = f.width().map_or(usize::MAX, |columns| columns.saturating_sub(indent));
     let mut head = head.to_owned();
     for part in wrapped(text, columns) {

@@ -106,6 +106,7 @@ fn write_commanded(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, uavs: u32
 fn settling(flight: &FlightSummary) -> (String, String) {
     match (flight.settling_s, flight.whole_since_s) {
         (Some(settling_s), _) => (format!("{settling_s:.2} s"), String::new()),
+        // It may have settled just before the end, so this is not the same as never.
         (None, Some(since_s)) => {
             (NOT_SEEN.into(), format!("within 1 m since {since_s:.2} s, which is less than 5 s"))
         }
@@ -137,6 +138,7 @@ fn write_obstacles(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::R
     if obstacles.len() <= LISTED_OBSTACLES {
         return obstacles.iter().try_for_each(|obstacle| write_obstacle(f, obstacle));
     }
+    // A field of drawn obstacles has dozens, and the smallest clearance is the one that may violate a requirement.
     let closest = obstacles.iter().min_by(|one, other| one.clearance_m.total_cmp(&other.clearance_m));
     let Some(closest) = closest else { return Ok(()) };
     let who = format!("of {}: uav {} at {:.2} s", closest.name, closest.uav, closest.time_s);

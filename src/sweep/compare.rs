@@ -41,6 +41,7 @@ struct Read {
 
 /// Compares; the exit code is 0 whatever the result.
 pub(super) fn run(args: &CompareArgs) -> anyhow::Result<ExitCode> {
+    // Written with a negation so that NaN is refused as well.
     if !(args.false_discoveries > 0.0 && args.false_discoveries < 1.0) {
         return Err(
             WrongUsage("--false-discoveries: give a share between 0 and 1, such as 0.05".into()).into()
@@ -70,6 +71,7 @@ impl Read {
 /// Compares the cells with the same values of the axes that both sweeps have.
 fn compare_sweeps(args: &CompareArgs, one: &Read, other: &Read) -> anyhow::Result<ExitCode> {
     let (mine, theirs) = (one.axes(), other.axes());
+    // The sweeps may have their axes in different orders, so look for each one by its name.
     let common: Vec<&str> = mine.iter().copied().filter(|axis| theirs.contains(axis)).collect();
     let places = |axes: &[&str]| -> Vec<usize> {
         common.iter().filter_map(|name| axes.iter().position(|axis| axis == name)).collect()
@@ -77,6 +79,7 @@ fn compare_sweeps(args: &CompareArgs, one: &Read, other: &Read) -> anyhow::Resul
     let (mine, theirs) = (places(&mine), places(&theirs));
     let differences =
         compare(Side { cells: &one.cells, axes: &mine }, Side { cells: &other.cells, axes: &theirs });
+    // The name alone is often the same: what is compared may be two builds.
     let names = [&one.manifest, &other.manifest]
         .map(|manifest| format!("{} ({})", manifest.sweep.name, manifest.build));
     report(args, &common, &names, &differences)
@@ -88,6 +91,7 @@ fn compare_values(args: &CompareArgs, read: &Read, axis: &str) -> anyhow::Result
     let place = axes.iter().position(|name| *name == axis);
     let place = place
         .ok_or_else(|| WrongUsage(format!("--by {axis}: the axes of this sweep are {}", axes.join(", "))))?;
+    // In a whole grid or zip, the first cell has the first value of every axis and the last cell the last one.
     let values = read.cells.first().zip(read.cells.last());
     let Some((first, last)) =
         values.map(|(first, last)| (first.values[place].clone(), last.values[place].clone()))

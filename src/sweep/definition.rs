@@ -81,6 +81,7 @@ impl SweepArgs {
         let mut draft = Draft::named(&self.sweep).map_err(|problems| refused(&problems))?;
         self.add_to(&mut draft).map_err(WrongUsage)?;
         let sweep = draft.finish().map_err(|problems| refused(&problems))?;
+        // Nobody who reads the rows could tell two columns of one name apart.
         if let Some(axis) = Columns::of(&sweep).ambiguous() {
             return Err(WrongUsage(format!(
                 "axis {axis}: a column of the results has this name: give another one"
@@ -101,7 +102,9 @@ impl SweepArgs {
         for setting in &self.settings {
             draft.set(Given::new(&setting.key, &setting.value, "--set"));
         }
+        // A fault has no name that another one could take over, so the faults of the file stay.
         draft.faults.extend(self.faults.iter().map(|text| Given::new("", text, "--fault")));
+        // clap has refused every other word, so the last arms stand for one word each.
         let combination = |text: &String| match text.as_str() {
             "zip" => Combination::Zip,
             "one-at-a-time" => Combination::OneAtATime,
@@ -123,6 +126,7 @@ impl SweepArgs {
 
     /// The part of the sweep to fly: as given, or as a cluster says.
     pub(super) fn shard(&self) -> Result<Shard, WrongUsage> {
+        // The environment is asked only without `--shard`, so that a job of a cluster can be told otherwise.
         let of_cluster = || Shard::of_environment(|name| std::env::var(name).ok());
         let shard = self.shard.map_or_else(of_cluster, |shard| Ok(Some(shard))).map_err(WrongUsage)?;
         Ok(shard.unwrap_or(Shard::WHOLE))

@@ -24,6 +24,7 @@ const PRINTED: usize = 40;
 
 /// Identifies this program to the bit.
 pub(crate) fn build() -> anyhow::Result<String> {
+    // A hash and not the version: two builds of one version may fly differently, and their rows must not be mixed.
     let path = env::current_exe().context("the path of this program is unknown")?;
     let bytes = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
     Ok(format!("{:016x}", xxh3_64(&bytes)))
@@ -34,6 +35,7 @@ pub(super) fn figures(named: &[String]) -> Result<Vec<&'static Figure>, WrongUsa
     let mut figures: Vec<&Figure> = FIGURES.iter().filter_map(|name| Figure::named(name)).collect();
     for name in named {
         let figure = Figure::named(name).ok_or_else(|| unknown_figure(name))?;
+        // A figure that is named twice would have two columns of the same name.
         if figures.iter().all(|other| other.name != figure.name) {
             figures.push(figure);
         }
@@ -53,6 +55,7 @@ pub(super) fn write(
     shard: Shard,
     args: &SweepArgs,
 ) -> anyhow::Result<()> {
+    // A shard has only a part of the flights, so tables and maps have to wait for the merge.
     if shard == Shard::WHOLE {
         return write_all(folder, manifest, &figures(&args.figures)?, args.json);
     }
@@ -124,6 +127,7 @@ fn print(sweep: &Definition, cells: &[Cell]) {
 
 /// Whether all flights of the cell are the same.
 fn is_repeated(cell: &Cell) -> bool {
+    // The kept rows are enough: where chance plays a part, even two flights differ.
     let hash = |index: usize| cell.kept.get(index).and_then(|row| row.payload_hash.as_ref());
     cell.kept.len() > 1 && hash(0).is_some() && (1..cell.kept.len()).all(|index| hash(index) == hash(0))
 }
@@ -182,6 +186,7 @@ fn write_cells(
     cells: &[Cell],
     figures: &[&Figure],
 ) -> Result<(), ResultsError> {
+    // An absent figure is an empty field, because a reader would take any number for a measured one.
     let text = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
     let mut header = vec!["cell".to_owned()];
     header.extend(Columns::of(sweep).axes.iter().cloned());

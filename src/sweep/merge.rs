@@ -44,6 +44,7 @@ pub(super) fn run(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     };
     let target = folder.join(flights_file(Shard::WHOLE));
     let sources: Vec<&Path> = shards.iter().map(PathBuf::as_path).collect();
+    // The target may be one of the sources, from an earlier merge: a flight that is there twice counts once.
     let rows = sort_rows(&sources, &target, &Columns::of(&manifest.sweep))?;
     let missing = missing(&manifest, &target)?;
     if !args.json {
@@ -94,6 +95,7 @@ fn shards(folders: &[PathBuf]) -> anyhow::Result<Vec<PathBuf>> {
             }
         }
     }
+    // A folder lists its files in any order, but the result must always be the same.
     files.sort();
     Ok(files)
 }

@@ -55,6 +55,7 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let stop = StopFlag::on_signals()?;
     let sweep = args.definition()?;
     let shard = args.shard()?;
+    // Check the size first: reading the cells of a sweep that is far too large would take hours.
     check_size(&sweep, args.yes)?;
     let jobs = config::jobs(args.jobs);
     check_cells(&sweep, jobs, !args.processes, &stop)?;
@@ -67,6 +68,7 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let progress = Progress::new(&sweep, shard, before, args.json);
     let stops = || stop.is_set();
     let show = |tally| progress.show(tally);
+    // Two calls, because a crew is generic over what flies, so the two crews have different types.
     let (rows, tally) = if args.processes {
         let crew = Crew { jobs, fly: processes::fly, stops };
         fly_all(&sweep, ledger, rows, &crew, show)?
@@ -141,6 +143,7 @@ fn prepare(folder: &Path, sweep: &Definition, args: &SweepArgs) -> anyhow::Resul
     }
     let error = |source| ResultsError::File { path: folder.to_owned(), what: "made", source };
     fs::create_dir_all(folder).map_err(error)?;
+    // Write it again even if it is there: a sweep may go on with more seeds than before.
     manifest.write(folder)?;
     Ok(manifest)
 }
@@ -202,6 +205,7 @@ fn tell_place(what: &str, path: &Path) {
 
 /// The number of flights that `shard` has at most.
 fn flights_of(sweep: &Definition, shard: Shard) -> u64 {
+    // With a precision, a shard has whole cells, because the flights of a cell decide how many more it needs.
     let all =
         if sweep.seeds.precision.is_some() { cells(sweep) } else { sweep.flights().unwrap_or(u64::MAX) };
     let mine = all / shard.count + u64::from(all % shard.count >= shard.number);

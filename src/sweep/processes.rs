@@ -34,6 +34,7 @@ struct CollisionRow {
 
 /// Flies `scenario` with processes; `Err` says why it could not be flown.
 pub(super) fn fly(scenario: &Scenario) -> Result<Outcome, String> {
+    // The exit code is ignored: a flight that violates a requirement is a result like any other.
     let run = launch(scenario).map_err(|error| format!("the processes cannot be run: {error}"))?;
     let run: Run = serde_json::from_slice(&run.stdout).map_err(|_| {
         format!("the processes left no summary: {}", String::from_utf8_lossy(&run.stderr).trim())
@@ -50,6 +51,7 @@ fn launch(scenario: &Scenario) -> io::Result<std::process::Output> {
     let file = folder.path().join("scenario.toml");
     fs::write(&file, scenario.to_toml())?;
     let mut command = Command::new(env::current_exe()?);
+    // Without a log there still is a recorder that measures, and a row needs no more.
     command.arg("run").arg(&file).args(["--no-record", "--json", "--out"]).arg(folder.path());
     command.output()
 }

@@ -56,7 +56,9 @@ impl Progress {
     fn text(&self, tally: Tally, elapsed: Duration) -> String {
         let done = self.before.flown + tally.flown;
         let failed = self.before.not_passed + tally.not_passed;
+        // Only the flights of this run count: nobody knows how long the earlier ones took.
         let rate = tally.flown as f64 / elapsed.as_secs_f64().max(1e-3);
+        // Without a flight the rate is 0, and `Duration` panics at the infinite time that would be left.
         let left = if tally.flown == 0 {
             String::new()
         } else {

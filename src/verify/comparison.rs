@@ -32,6 +32,8 @@ pub(super) fn compare<R: Read + Seek>(
     with_requests: bool,
 ) -> Result<Comparison, Box<Difference>> {
     let in_log: BTreeSet<String> = recorded.topics().map(str::to_owned).collect();
+    // Another program may have removed whole topics. Those that a verdict needs must be there: without them, equal
+    // logs would prove little.
     let is_left_out = |topic: &str| !topics::is_judged(topic) && !in_log.contains(topic);
     let left_out: Vec<String> =
         flown.topics().filter(|topic| is_compared(topic) && is_left_out(topic)).map(str::to_owned).collect();
@@ -48,6 +50,8 @@ pub(super) fn compare<R: Read + Seek>(
             // All differences in further ticks may follow from the first one.
             (one, other) => {
                 let difference = Difference::between(one.as_ref(), other.as_ref());
+                // Look through the rest of this tick: if agents decided otherwise in the same tick, all of them are
+                // to be named.
                 let now = one.as_ref().or(other.as_ref()).and_then(|message| message.tick);
                 let rest_of = |log: &mut dyn Iterator<Item = LogMessage>, first: Option<LogMessage>| {
                     let tick = first.into_iter().chain(log).take_while(|message| message.tick == now);

@@ -64,6 +64,7 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
     };
     let is_own = |uav: UavId| plan.scenario.agent_of(uav).map(AgentSection::command_line);
     let outcome = if needs_processes(args, &plan.scenario) { launch(&plan)? } else { simulated::fly(&plan)? };
+    // A flight that fails here says nothing about the log, so this is an error and not a difference.
     if let Some(failure) = outcome.failures.first() {
         bail!("the flight cannot be repeated here: {failure}");
     }
@@ -138,6 +139,7 @@ pub(crate) fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Resu
     let (mut requested, mut refused) = (0, 0);
     for tick in reader.ticks(&scenario) {
         requested += tick.events.iter().filter(|timed| is_request(&timed.event)).count();
+        // A refused request changes no flight, but its events are in this log and not in that of the repeated flight.
         refused += tick.events.iter().filter(|timed| is_refused_request(&timed.event)).count();
         if let Some(TimedEvent { tick, event }) = first_by_chance(&tick.events) {
             bail!("{not}: at {tick} this happened by chance: {}", scenario.event_text(event));
@@ -163,6 +165,7 @@ pub(crate) fn repeatable<R: Read + Seek>(reader: &mut Reader<R>) -> anyhow::Resu
         bail!("{not}: the flight did not complete");
     }
     let added = reader.result().and_then(|result| result.get(ADDED_FAULTS)).map_or("", String::as_str);
+    // A damaged sentence is left out here, and the count below finds that it is missing.
     let added: Vec<Fault> = added.lines().filter_map(|sentence| sentence.parse().ok()).collect();
     if added.len() != requested {
         bail!("{not}: it does not hold all faults that were asked for during the flight");

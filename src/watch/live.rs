@@ -41,7 +41,9 @@ impl LiveFeed {
             let latency_us = seen.timing.map(|timing| timing.round_trip_ns as f64 / 1e3);
             model.take(seen.frame, follower.moment(), seen.events, latency_us);
         });
+        // Do this even after an error: the ticks that came before it are shown.
         model.end_batch();
+        // The gate knows of a hold at once, while no tick of a flight that stands would ever tell.
         model.set_pace(match self.observer.gate().held() {
             Some(tick) => Pace::Held { tick },
             None => Pace::Live,

@@ -56,6 +56,7 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
     let (feed, scenario) = open(args.run.as_deref())?;
     let is_coloured = output::is_coloured(&io::stdout());
     let mut watch = Watch { feed, model: Model::new(scenario, is_coloured), prompt: Prompt::default() };
+    // The closure owns the screen, so the terminal is given back before an error or the last words are printed.
     let shown = Screen::enter().and_then(|mut screen| watch.show(&mut screen.0, &stop));
     shown?;
     tell(&watch.model.last_words());
@@ -64,6 +65,7 @@ pub(crate) fn run(args: &WatchArgs) -> anyhow::Result<ExitCode> {
 
 /// The run that `name` stands for, and its scenario.
 fn open(name: Option<&Path>) -> anyhow::Result<(Feed, ringwing_scenario::Scenario)> {
+    // Look for a live run first: its folder may have a log already, which still grows.
     let live = match name {
         Some(name) => live_domain(name),
         None => domain::all().into_iter().filter(is_live).max_by_key(begun),
@@ -83,6 +85,7 @@ fn live_domain(name: &Path) -> Option<DomainId> {
 }
 
 fn is_live(id: &DomainId) -> bool {
+    // A domain outlives a killed launcher until the next run or `ringwing clean` removes it.
     Domain::join(id).is_ok_and(|domain| domain.has_launcher())
 }
 
@@ -128,6 +131,7 @@ impl Watch {
                 return Ok(());
             }
             let mut is_waiting = event::poll(REFRESH)?;
+            // Take all keys that wait before the next picture: at one a picture, a pasted fault would come in slowly.
             while is_waiting {
                 // A new size needs no care: every picture is drawn for the size of the moment.
                 if let Event::Key(key) = event::read()?
@@ -145,6 +149,7 @@ impl Watch {
     /// Does what a key asks for; returns whether the user quits.
     fn on_key(&mut self, key: KeyEvent) -> bool {
         let has_control = key.modifiers.contains(KeyModifiers::CONTROL);
+        // The terminal is in raw mode, where Ctrl-C is a key and sends no signal.
         if has_control {
             return matches!(key.code, KeyCode::Char('c' | 'd'));
         }

@@ -46,10 +46,13 @@ impl Course {
     fn note(&mut self, value: Option<f64>, worse: fn(f64, f64) -> f64) {
         let Some(value) = value else { return };
         self.newest = Some(value);
+        // A picture stands for many ticks. With the last value instead of the worst, a peak between two pictures
+        // would be lost.
         self.pending = Some(self.pending.map_or(value, |other| worse(value, other)));
     }
 
     fn end_batch(&mut self) {
+        // Without a new tick there is no new value: a paused flight must not push its past out of the course.
         let Some(value) = self.pending.take() else { return };
         if self.values.len() == COURSE_LENGTH {
             self.values.pop_front();
@@ -149,7 +152,10 @@ impl Model {
             return;
         }
         self.commanded = moment.commanded;
+        // The picture is centred on the leader: if it is lost, keep its last place, so that the picture does not
+        // jump.
         self.leader = frame.leader.map(|leader| leader.position_m).or(self.leader);
+        // A collision is one whether or not the two are ring neighbours, so the course shows the closest pair of all.
         let closest = [&moment.closest.adjacent, &moment.closest.other];
         let closest_m = closest.into_iter().flatten().map(|pair| pair.distance_m).reduce(f64::min);
         let ages = frame
@@ -196,6 +202,7 @@ impl Model {
         let is_real_time = self.scenario.time.real_time;
         match self.pace {
             Pace::Held { tick } if self.is_standing() => format!("paused before tick {}", tick.0),
+            // A hold for a fault is over before anybody could read of it, so the flight counts as live.
             Pace::Live | Pace::Held { .. } if is_real_time => "live, real time".into(),
             Pace::Live | Pace::Held { .. } => "live, lockstep".into(),
             Pace::Played { speed } => format!("log, {speed}x"),
@@ -206,6 +213,7 @@ impl Model {
 
     /// Shows `text` until the next notice.
     pub(super) fn set_notice(&mut self, text: &str) {
+        // The notice has one row of the terminal, and errors may have several lines.
         text.lines().next().unwrap_or_default().clone_into(&mut self.notice);
     }
 
@@ -216,6 +224,7 @@ impl Model {
 
     /// Moves the table of UAVs by `rows`.
     pub(super) fn scroll(&mut self, rows: isize) {
+        // Only the drawing knows how many rows there are, and it stops the table earlier.
         let last = self.scenario.formation.uavs as usize - 1;
         self.first_row = self.first_row.saturating_add_signed(rows).min(last);
     }

@@ -48,6 +48,7 @@ impl Paint {
     pub(super) fn level(self, level: Level) -> Style {
         match level {
             Level::Info => Style::new(),
+            // No other style than the colour: the line of a warning begins with that word.
             Level::Warning => Style::new().fg(self.rgb(palette::colour(1))),
             Level::Error => self.bad(),
         }

@@ -63,6 +63,7 @@ impl PlayedLog {
             metrics: Metrics::new(&scenario),
             rate_hz: f64::from(scenario.time.rate_hz),
             speed: 1.0,
+            // Tick 0 is due at once, and with it the approach, which is tick -1.
             since: Some((0.0, Instant::now())),
             due: 0.0,
         };
@@ -73,12 +74,15 @@ impl PlayedLog {
     pub(super) fn fetch(&mut self, model: &mut Model) {
         let due = self.due_tick(Instant::now());
         let is_at_end = loop {
+            // Wait for the reading thread. With `try_recv`, an empty channel would look like the end of the log.
             let Some(next) = self.next.take().or_else(|| self.ticks.recv().ok()) else { break true };
             if next.frame.tick as f64 > due {
                 self.next = Some(next);
                 break false;
             }
             next.events.iter().for_each(|event| self.metrics.on_event(event));
+            // Every tick is measured, also those that fast playback does not show: recoveries and V depend on the
+            // ticks before.
             if next.has_uavs() {
                 self.metrics.observe(&next.frame);
             }
@@ -99,6 +103,7 @@ impl PlayedLog {
     /// Does what the user wishes.
     pub(super) fn ask(&mut self, wish: &Wish, model: &mut Model) {
         let now = Instant::now();
+        // Stop the clock at this moment first: a new speed must not apply to the time before.
         self.due = self.due_tick(now);
         match *wish {
             Wish::Toggle => self.since = if self.since.is_some() { None } else { Some((self.due, now)) },

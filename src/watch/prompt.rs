@@ -48,6 +48,7 @@ impl Prompt {
     /// Takes a key; returns the fault once the user has confirmed it.
     pub(super) fn on_key(&mut self, key: KeyCode) -> Option<Wish> {
         match (std::mem::take(self), key) {
+            // Enter does not confirm: whoever presses it once more by habit would send the fault.
             (Self::Asking(sentence), KeyCode::Char('y' | 'Y')) => return Some(Wish::Fault(sentence)),
             (Self::Typing(sentence), KeyCode::Enter) if !sentence.trim().is_empty() => {
                 *self = Self::Asking(sentence.trim().to_owned());
@@ -62,6 +63,7 @@ impl Prompt {
                 sentence.pop();
                 *self = Self::Typing(sentence);
             }
+            // Arrows do nothing here, but closing the prompt would lose what was typed.
             (Self::Typing(sentence), KeyCode::Left | KeyCode::Right | KeyCode::Up | KeyCode::Down) => {
                 *self = Self::Typing(sentence);
             }

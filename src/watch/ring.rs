@@ -49,11 +49,13 @@ impl Window {
     /// The window round the leader that holds the circle and everybody who flies on command.
     fn of(frame: &Frame, model: &Model, area: Rect) -> Self {
         let radius_m = frame.ring.radius_m().unwrap_or_else(|| model.scenario().formation().radius_m());
+        // A UAV in its failsafe may fly away. A window that holds it as well would make the ring ever smaller.
         let flying = || (1..).zip(&frame.uavs).filter_map(|(_, uav): (u32, _)| uav.commanded());
         let centre = model.leader().unwrap_or_else(|| mean(flying()));
         let distance = |state: &TrueState| (state.x_m - centre[0]).hypot(state.y_m - centre[1]);
         let reach = flying().map(distance).fold(radius_m, f64::max) * MARGIN;
         let dots = [f64::from(area.width) * DOTS.0, f64::from(area.height) * DOTS.1];
+        // One scale for both directions, from the shorter side, so that everything fits and circles stay round.
         let metres_per_dot = 2.0 * reach / dots[0].min(dots[1]);
         Self { centre, half: dots.map(|dots| dots * metres_per_dot / 2.0), radius_m }
     }
@@ -65,6 +67,7 @@ fn mean<'f>(flying: impl Iterator<Item = &'f TrueState>) -> [f64; 2] {
         sum = [sum[0] + state.x_m, sum[1] + state.y_m];
         count += 1.0;
     }
+    // If nobody flies, the centre is the origin and not NaN.
     sum.map(|sum| sum / count.max(1.0))
 }
 

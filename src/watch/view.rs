@@ -90,6 +90,7 @@ fn draw_table(picture: &mut Picture, area: Rect, model: &Model) {
 }
 
 fn row(number: u32, uav: &UavFrame, paint: Paint) -> Line<'static> {
+    // The number comes from the place in the frame, because a UAV that has left has no state that names it.
     let name = Span::styled(format!("{number:>3} "), paint.uav(number));
     let Some(state) = &uav.state else {
         return Line::from(vec![name, Span::styled("left the sky", paint.bad())]);
@@ -137,7 +138,9 @@ fn draw_course(
     picture.render_widget(Paragraph::new(format!("{name} {newest}")), title);
     let values = course.last(usize::from(bars.width));
     let largest = values.iter().copied().fold(0.0, f64::max);
+    // Bars are relative to the largest one, which does not exist before the first tick.
     if largest > 0.0 {
+        // A sparkline takes whole numbers: in metres, errors below one would vanish.
         let heights: Vec<u64> = values.iter().map(|value| (value / largest * BAR_STEPS) as u64).collect();
         let style = Style::new().fg(Paint::of(model).rgb(palette::CALM));
         picture.render_widget(Sparkline::default().data(heights).max(BAR_STEPS as u64).style(style), bars);
@@ -147,6 +150,7 @@ fn draw_course(
 fn draw_events(picture: &mut Picture, area: Rect, model: &Model) {
     let paint = Paint::of(model);
     let line = |ShownEvent { time_s, level, text }: &ShownEvent| {
+        // In letters, because the colour of the line may be missing.
         let mark = match level {
             Level::Info => "",
             Level::Warning => "warning: ",

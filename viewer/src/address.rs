@@ -66,11 +66,14 @@ impl FromStr for LiveAddress {
 
     /// Reads a port, an address, or both: `9000`, `0.0.0.0`, `192.168.1.5:9000`, `[::1]:9000`, `localhost`.
     fn from_str(text: &str) -> Result<Self, String> {
+        // The standard library parses no host names, and resolving one would take a network. So this is the only
+        // name.
         let text = text.replace("localhost", "127.0.0.1");
         let loopback = Self::default();
         if let Ok(port) = text.parse() {
             return Ok(Self { port: Some(port), ..loopback });
         }
+        // An IPv6 address alone may have brackets, which only the parser of a `SocketAddr` accepts.
         if let Ok(host) = text.trim_matches(['[', ']']).parse() {
             return Ok(Self { host, ..loopback });
         }
@@ -84,6 +87,8 @@ impl FromStr for LiveAddress {
 /// How a program on this machine reaches a server that listens at `host`.
 pub(crate) fn reachable(host: IpAddr) -> IpAddr {
     match host {
+        // An unspecified address listens on every device, but is no address to connect to. The loopback device is
+        // always there.
         IpAddr::V4(host) if host.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
         IpAddr::V6(host) if host.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
         host => host,

@@ -21,6 +21,7 @@ impl ScenarioParameters {
 
     /// Those with these `names`, or all.
     fn named(&self, names: &[String]) -> Vec<Parameter> {
+        // In Foxglove's protocol, a request without names asks for all parameters.
         let is_wanted = |parameter: &&Parameter| names.is_empty() || names.contains(&parameter.name);
         self.0.iter().filter(is_wanted).cloned().collect()
     }
@@ -47,11 +48,13 @@ impl ParameterHandler for ScenarioParameters {
 fn parameter(path: String, value: &Value) -> Parameter {
     match value {
         Value::Bool(is_on) => Parameter::bool(path, *is_on),
+        // A key of a float stays a float even if its value is whole: `as_i64` reads no number that came from a float.
         Value::Number(number) => match number.as_i64() {
             Some(whole) => Parameter::integer(path, whole),
             None => Parameter::float64(path, number.as_f64().unwrap_or_default()),
         },
         Value::String(text) => Parameter::string(path, text),
+        // `flattened` leaves neither lists nor tables nor nulls, so this arm only completes the match.
         other => Parameter::string(path, other.to_string()),
     }
 }

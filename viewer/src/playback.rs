@@ -50,6 +50,7 @@ pub fn serve_log(
     let stop = StopFlag::on_signals()?;
     let reader = Reader::open(path)?;
     let (path, scenario) = (reader.path().to_owned(), reader.scenario()?);
+    // The server has to know the range of times when it starts, so read the whole log once before.
     let outline = Outline::of(reader).ok_or_else(|| ViewerError::Empty(path.display().to_string()))?;
     let controls = Controls::new(outline.first, options.speed);
     let offer = Offer {
@@ -83,6 +84,7 @@ impl Outline {
             let time = message.log_time;
             let (first, last) = times.unwrap_or((time, time));
             times = Some((first.min(time), last.max(time)));
+            // `entry` would copy the name of the topic for every message of the log.
             if !topics.contains_key(&message.topic.name) {
                 let schema = Schema::new(&schema.name, &schema.encoding, schema.data.clone());
                 topics.insert(message.topic.name.clone(), schema);
@@ -178,6 +180,8 @@ impl Player {
         self.controls.clock().start(Instant::now());
         let mut seek = None;
         loop {
+            // What late viewers have to know depends on all messages before, so each seek, also one forward, begins
+            // with the first message.
             let mut messages = Reader::open(&self.path)?.peekable();
             if let Some(time) = seek.take() {
                 self.catch_up(&mut messages, time);
@@ -188,6 +192,7 @@ impl Player {
                     status: PlaybackStatus::Ended,
                     ..state(&self.controls.clock(), Instant::now())
                 });
+                // The server goes on: a viewer may still seek back into the flight.
                 end = self.wait_for_seek();
             }
             match end {
@@ -216,6 +221,7 @@ impl Player {
             if let Some(end) = self.wait_for(message.log_time) {
                 return end;
             }
+            // All messages of a tick have the same time, so announce it once.
             if message.log_time != shown {
                 shown = message.log_time;
                 self.server.tell_time(shown);
@@ -235,12 +241,15 @@ impl Player {
     fn wait_for(&self, time: u64) -> Option<PassEnd> {
         loop {
             let mut clock = self.controls.clock();
+            // Look for a seek first: a viewer may jump while the flight is paused.
             if let Some(time) = clock.take_seek() {
                 return Some(PassEnd::Seek(time));
             }
+            // After a pause, several messages may be due already. They wait, too: the picture must stand.
             if clock.time(Instant::now()) >= time && clock.is_playing() {
                 return None;
             }
+            // The server's thread needs the clock to take a wish, so never sleep while holding it.
             drop(clock);
             if self.stop.is_set() {
                 return Some(PassEnd::Stopped);
@@ -250,6 +259,7 @@ impl Player {
     }
 
     fn wait_for_seek(&self) -> PassEnd {
+        // No flight gets as far as this time, so only a seek or the stop ends the wait.
         self.wait_for(u64::MAX).unwrap_or(PassEnd::Stopped)
     }
 }

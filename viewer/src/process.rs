@@ -79,6 +79,7 @@ fn show(
         newest = Some(seen.frame.tick);
         let view = follower.view(seen.frame, seen.timing.as_ref());
         let result = stream.write_frame(server, seen.frame, seen.timing.as_ref(), seen.events, &view);
+        // The closure cannot return an error, so keep the first one for the caller.
         shown = std::mem::replace(&mut shown, Ok(())).and(result);
     })?;
     if let Some(tick) = newest {

@@ -44,6 +44,8 @@ pub(crate) struct LiveServer {
 impl LiveServer {
     /// Starts a server at `address` that remembers in `memory` what late viewers have to know.
     pub(crate) fn start(address: &LiveAddress, offer: &Offer, memory: Memory) -> Result<Self, ViewerError> {
+        // The library's default context is one for the whole process: a second server would serve these channels as
+        // well.
         let context = Context::new();
         let handle =
             listen(address, |port| configure(&context, offer).bind(address.host().to_string(), port))?;
@@ -113,12 +115,14 @@ fn listen(
     configured: impl Fn(u16) -> WebSocketServer,
 ) -> Result<WebSocketServerHandle, ViewerError> {
     let mut problem = String::new();
+    // Starting consumes a server, so each port needs a new one.
     for port in address.ports() {
         match configured(port).start_blocking() {
             Ok(handle) => return Ok(handle),
             Err(FoxgloveError::Bind(error)) if error.kind() == ErrorKind::AddrInUse => {
                 problem = error.to_string();
             }
+            // Any other problem, such as an address of another machine, is the same at every port.
             Err(error) => return Err(ViewerError::Listen { address: *address, problem: error.to_string() }),
         }
     }
@@ -143,6 +147,7 @@ fn configure(context: &Arc<Context>, offer: &Offer) -> WebSocketServer {
 
 /// Sends `data` on `channel`, recorded at `log_time`, to one viewer or to all.
 fn log(channel: &RawChannel, log_time: u64, data: &[u8], viewer: Option<foxglove::SinkId>) {
+    // Without a time of its own, a message gets that of the wall clock, and viewers would sort it elsewhere.
     channel.log_with_meta_to_sink(data, PartialMetadata { log_time: Some(log_time) }, viewer);
 }
 

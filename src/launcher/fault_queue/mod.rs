@@ -153,6 +153,7 @@ impl<'a, R> FaultQueue<'a, R> {
 
     /// Hands over the announcements that are due by `now`.
     pub(super) fn take_announcements(&mut self, now: Tick) -> Vec<Announcement> {
+        // They are in the order of their ticks, so the first later one ends the search.
         let count = self.announcements.iter().take_while(|one| one.event.tick <= now).count();
         self.announcements.drain(..count).collect()
     }
@@ -189,8 +190,10 @@ impl<'a, R> FaultQueue<'a, R> {
             scheduled.tick <= now
                 && mem::discriminant(&scheduled.action) == kind
                 && !is_refused(scheduled.part, scheduled.action)
+                // A second action on the same process has to see the effect of the first one.
                 && parts.insert(scheduled.part)
         };
+        // At least the first one, even if it is refused: the refusal has to be logged, and the queue has to move on.
         let count = self.due.iter().take_while(joins).count().max(1);
         let batch: Vec<_> = self.due.drain(..count).collect();
         for scheduled in &batch {
@@ -211,6 +214,7 @@ impl<'a, R> FaultQueue<'a, R> {
         let is_rest =
             |other: &&mut ScheduledAction| other.number == scheduled.number && other.part == scheduled.part;
         self.due.iter_mut().filter(is_rest).for_each(|other| other.tick.0 += late_ticks);
+        // The sort is stable, so actions of the same tick stay in the order of their faults.
         self.due.make_contiguous().sort_by_key(|scheduled| scheduled.tick);
         let (part, sentence) = (scheduled.part, scheduled.sentence.clone());
         self.late.push(Event::FaultLate { part, late_s, sentence });
@@ -240,6 +244,7 @@ impl<'a, R> FaultQueue<'a, R> {
 
     /// Notes that everything due before `now` is done. Returns the requests that this completes, each with its answer.
     pub(super) fn release(&mut self, now: Tick) -> Vec<(R, String)> {
+        // In real time the world never waits, so no tick is ever closed to faults.
         if self.scenario.pace() == Pace::Lockstep {
             self.released = Some(now);
         }
@@ -348,6 +353,7 @@ impl<'a, R> FaultQueue<'a, R> {
         if let Action::Heal(_) = fault.action {
             events.extend(self.announce_healing());
         }
+        // Faults are numbered from 1, and the new one is the last already, so the count is its number.
         let number = self.faults.len() as u32;
         let actions = alone.scheduled_actions().into_iter();
         self.due.extend(actions.map(|scheduled| ScheduledAction { number, ..scheduled }));

@@ -179,6 +179,7 @@ impl Lifecycle {
     pub(super) fn expects(&self) -> Attendant {
         match self.phase {
             LifePhase::Starting(live) => Attendant::Child(live.pid),
+            // A process that is started by hand may also take the place of a lost one.
             LifePhase::Absent | LifePhase::Awaited => Attendant::Stranger,
             LifePhase::Ready(_) => Attendant::Nobody,
         }
@@ -238,6 +239,7 @@ impl Lifecycle {
         assert_eq!(self.pid(), None, "{}: spawned beside a process that lives", self.part);
         self.phase =
             LifePhase::Starting(LiveProcess { pid, is_adopted: false, halt: Halt::Runs, since: now });
+        // A request concerned the predecessor. If it stayed, the loss of this process would count as asked for.
         self.requested = None;
         Vec::new()
     }
@@ -264,6 +266,7 @@ impl Lifecycle {
     }
 
     fn on_stopped(&mut self, now: Duration) -> Vec<Effect> {
+        // Nobody asked for this, and perhaps the whole run is stopped. The clock decides later whether to take note.
         if self.requested.is_none() && !self.is_frozen() {
             self.set_halt(Halt::Stopped, now);
             return Vec::new();
@@ -282,6 +285,8 @@ impl Lifecycle {
             self.requested = None;
         }
         let event = Event::ProcessThawed { part: self.part };
+        // A process that was stopped too briefly to be noted has nothing to report, and a thaw by a fault is logged
+        // as that fault.
         let is_news = was_noted && self.pending.is_none();
         self.settle(ProcessAction::Thaw);
         let effects = is_news.then_some(Effect::Log(event)).into_iter();
@@ -305,10 +310,12 @@ impl Lifecycle {
         assert!(self.live().is_some(), "{}: ended twice", self.part);
         let was_starting = self.is_starting();
         (self.phase, self.pending) = (LifePhase::Absent, None);
+        // A freeze ends with its process. A request to end stays, because it says that the absence is wanted.
         if self.requested == Some(Requested::Freeze) {
             self.requested = None;
         }
         let consequences = match (stage, self.requested) {
+            // After the flight every process ends, so whether a fault asked for it no longer matters.
             (RunStage::Over, _) => self.on_late_end(end),
             (_, Some(Requested::End { returns })) => self.on_requested_end(returns),
             _ => self.on_loss(end, was_starting),
@@ -319,6 +326,7 @@ impl Lifecycle {
 
     /// An end after the flight is expected. Only the recorder's end can still do damage: its log may be incomplete.
     fn on_late_end(&self, end: ProcessEnd) -> Vec<Effect> {
+        // The launcher is not the parent of a process that was started by hand, so it cannot know how that one ended.
         let is_in_order = matches!(end, ProcessEnd::Exited(0) | ProcessEnd::Unknown);
         if self.part != Part::Recorder || is_in_order {
             return Vec::new();

@@ -12,6 +12,7 @@ const SHOWN: usize = 60;
 /// The bands of the flight. Of very many, those that last longest.
 pub(super) fn bands(flight: &LoggedFlight) -> Vec<Band> {
     let mut periods: Vec<_> = flight.periods.all().iter().collect();
+    // Sort by length to choose, and below by time again, because that is how a reader meets them.
     periods.sort_by(|one, other| (other.to_s - other.from_s).total_cmp(&(one.to_s - one.from_s)));
     periods.truncate(SHOWN);
     periods.sort_by(|one, other| one.from_s.total_cmp(&other.from_s));

@@ -28,6 +28,7 @@ pub(super) fn figures(flight: &LoggedFlight) -> Vec<FlightFigure> {
 /// The latency that a share of the ticks does not exceed. The axis stretches the largest shares, because these matter.
 fn distribution(sorted_us: &[f64]) -> FlightFigure {
     let count = sorted_us.len() as f64;
+    // Half a rank less than the whole: the slowest tick would otherwise be infinitely far along the axis.
     let nines = |rank: usize| -(1.0 - (rank as f64 + 0.5) / count).log10();
     // At equal distances along the axis, so that the few slowest ticks are all there.
     let step = nines(sorted_us.len() - 1) / DISTRIBUTION_POINTS as f64;

@@ -97,6 +97,7 @@ fn points(x: &[Option<f64>], y: &[Option<f64>]) -> Vec<Option<(f64, f64)>> {
 
 /// A dashed line at `value` over the whole flight.
 fn level(flight: &LoggedFlight, name: &str, value: f64) -> Curve {
+    // Two points are enough for a straight line, and use none of the detail of the others.
     let ends = flight.times_s.first().zip(flight.times_s.last());
     let points = ends.map(|(first, last)| vec![Some((*first, value)), Some((*last, value))]);
     Curve { name: name.into(), colour: GREY, stroke: Stroke::Dashed, points: points.unwrap_or_default() }
@@ -125,6 +126,7 @@ fn distances(flight: &LoggedFlight) -> [FlightFigure; 2] {
 
 fn speeds(flight: &LoggedFlight) -> [FlightFigure; 2] {
     let limits = &flight.scenario.airframe;
+    // The two levels of each figure have one name, so that they share a row of the legend.
     let linear = OverTime::of_uavs(flight, |uav| &uav.speed_m_s)
         .level("v_min, v_max", limits.speed_min_m_s)
         .level("v_min, v_max", limits.speed_max_m_s);

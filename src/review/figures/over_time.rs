@@ -115,6 +115,7 @@ fn extremes(flight: &LoggedFlight, get: fn(&UavColumns) -> &Column) -> Vec<(Stri
     let ticks = || 0..flight.times_s.len();
     let mean = |tick| {
         let (count, sum) = of(tick).fold((0_u32, 0.0), |(count, sum), value| (count + 1, sum + value));
+        // A tick without any value is a gap in the line. 0 / 0 would be NaN.
         (count > 0).then(|| sum / f64::from(count))
     };
     vec![

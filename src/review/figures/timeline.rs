@@ -26,6 +26,7 @@ pub(super) fn figure(flight: &LoggedFlight) -> Option<FlightFigure> {
     let mut lines: Vec<Curve> = kinds.iter().map(line).collect();
     lines.push(level(flight, "", BASELINE));
     let chart = Chart { x: TIME, y: "events", is_rows: true, detail: DETAIL, lines, ..Chart::default() };
+    // Without events there is only the baseline, which shows nothing.
     (!kinds.is_empty()).then(|| FlightFigure {
         name: "events".into(),
         title: "Events".into(),

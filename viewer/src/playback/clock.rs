@@ -50,11 +50,14 @@ impl PlayClock {
 
     /// Does what a viewer asks for.
     pub(super) fn heed(&mut self, request: &PlaybackControlRequest, now: Instant) {
+        // Do this before speed and pause change: until now, time has passed at the old speed.
         self.time = request.seek_time.unwrap_or_else(|| self.time(now));
         self.since = self.since.map(|_| now);
+        // A request without a seek must not cancel one that the player has not seen yet.
         self.seek = request.seek_time.or(self.seek);
         self.is_playing = matches!(request.playback_command, PlaybackCommand::Play);
         let speed = f64::from(request.playback_speed);
+        // `clamp` lets NaN through, and a clock with that speed would stand still.
         if speed.is_finite() {
             self.speed = speed.clamp(SPEEDS.0, SPEEDS.1);
         }

@@ -76,6 +76,7 @@ fn keep(all: &mut ByChannel<Kept>, channel: &RawChannel, log_time: u64, data: &[
 
 impl ServerListener for Memory {
     fn on_subscribe(&self, client: Client, channel: ChannelView) {
+        // The lock is held while sending, as in `send`: no newer message overtakes an older one.
         if let Some(kept) = self.lock().get(&channel.id().into()) {
             kept.send_to(client.sink_id());
         }

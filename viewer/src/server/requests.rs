@@ -24,6 +24,7 @@ pub(super) fn service(ask: Ask) -> Service {
         .with_request(ENCODING, of_text("ringwing.FaultRequest", "sentence", "A fault, such as: kill uav 3"))
         .with_response(ENCODING, of_text("ringwing.FaultResponse", "answer", "The tick at which it acts"));
     Service::builder(NAME, schema)
+        // An answer comes when the fault acts. On a task of the server, that wait would hold up what all viewers get.
         .blocking_handler_fn(move |request: Request| answer(&ask, request.payload()))
 }
 
@@ -54,6 +55,7 @@ fn sentence(payload: &[u8]) -> Result<String, String> {
     let text = text.ok_or(r#"expected a sentence, such as {"sentence": "kill uav 3"}"#)?;
     match text.trim() {
         "" => Err("the sentence is empty".into()),
+        // The launcher reads one line of a request, so it would drop the others in silence.
         text if text.contains('\n') => Err("the sentence has several lines".into()),
         text => Ok(text.to_owned()),
     }
