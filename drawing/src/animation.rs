@@ -249,7 +249,9 @@ impl Timing {
 
     /// Makes its parent visible between two shares of the moving time.
     fn shown(self, from: f64, until: f64) -> String {
-        let [from, until] = [from, until].map(|share| share * self.moving);
+        // Whatever is shown to the end stays while the picture rests, however short the movement is.
+        let end = if until > 1.0 { 1.0 } else { until * self.moving };
+        let (from, until) = (from * self.moving, end);
         // Key times have to begin with 0, so the state before `from` needs a value of its own.
         let (mut times, mut values) = (vec![0.0], vec![u8::from(from <= 0.0)]);
         for (time, value) in [(from, 1), (until, 0)] {
@@ -361,6 +363,13 @@ mod tests {
         assert!(svg.contains("values=\"#010203;#010203;#fff;#fff\""), "{svg}");
         assert!(svg.contains("a&lt;b") && svg.contains(">now<"), "{svg}");
         assert_eq!(svg.matches(">0 s<").count() + svg.matches(">1 s<").count(), 2);
+    }
+
+    #[test]
+    fn what_is_shown_to_the_end_stays_while_a_short_picture_rests() {
+        let svg = Animation { seconds: 1.0, ..animation() }.svg();
+        // A third of the picture moves, and the caption comes in the middle of that.
+        assert!(svg.contains("keyTimes=\"0.0000;0.1667\" values=\"0;1\""), "{svg}");
     }
 
     #[test]

@@ -78,7 +78,7 @@ impl Bench {
         self.child.try_wait().expect("it can be waited for").is_some()
     }
 
-    /// Asks the benchmark to end, as Ctrl-C does.
+    /// Asks the benchmark to end with SIGTERM, which it treats like Ctrl-C.
     pub fn interrupt(&self) {
         send(self.child.id(), Signal::TERM);
     }

@@ -39,6 +39,7 @@ impl Terminal {
         let own = ringwing();
         command.args(["--ctty", "--wait"]).arg(own.get_program()).args(own.get_args()).args(arguments);
         let end = || inside.try_clone().expect("a descriptor");
+        command.envs(own.get_envs().filter_map(|(name, value)| Some((name, value?))));
         command.envs(variables.iter().copied()).stdin(end()).stdout(end()).stderr(end());
         let child = command.spawn().expect("ringwing starts");
         let screen = Arc::new(Mutex::new(vt100::Parser::new(size(rows), size(columns), 0)));

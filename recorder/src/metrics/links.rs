@@ -47,6 +47,16 @@ impl From<&LinkCounts> for LinkTotals {
 }
 
 impl LinkTotals {
+    /// Whether a count that only grows is smaller than in `earlier`.
+    fn any_below(&self, earlier: &Self) -> bool {
+        self.offered < earlier.offered
+            || self.delivered < earlier.delivered
+            || self.late < earlier.late
+            || self.lost < earlier.lost
+            || self.corrupted < earlier.corrupted
+            || self.duplicated < earlier.duplicated
+    }
+
     fn add(&mut self, counts: &Self) {
         // Without `acted`: it is the number of a fault and not a count.
         self.offered += counts.offered;
@@ -80,8 +90,9 @@ impl LinkTally {
         let Receivers { before, now } = self.links.entry(counts.link.clone()).or_default();
         // The totals start from `before`, which is created without a name.
         before.link.clone_from(&counts.link);
-        // The counts of one receiver only grow, so smaller ones come from its successor.
-        if counts.offered < now.offered {
+        // The counts of one receiver only grow, so smaller ones come from its successor. The first counts of a successor may be
+        // late, and then some of them are larger.
+        if counts.any_below(now) {
             before.add(now);
         }
         now.clone_from(counts);
@@ -114,5 +125,8 @@ mod tests {
         }
         let totals = tally.totals();
         assert_eq!((totals.len(), totals[0].offered, totals[0].lost, totals[0].delivered), (1, 350, 40, 310));
+        // The next receiver is first seen when it has got more than the one before, but lost less.
+        tally.observe(&counts(160, 2));
+        assert_eq!((tally.totals()[0].offered, tally.totals()[0].lost), (510, 42));
     }
 }

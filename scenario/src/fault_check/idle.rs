@@ -113,16 +113,15 @@ impl IdleFaults {
 
 /// Why nobody listens on any link of `fault`. Only in a ring that never closes are the listeners of each UAV certain.
 fn unheard(fault: &LinkFault, scenario: &Scenario) -> Option<String> {
-    let uavs = scenario.formation.uavs;
     let (Links::From(Sender::Uav(from), Receiver::Uav(to)) | Links::Between(from, to)) = fault.links else {
         return None;
     };
     if from == to {
         return Some(format!("uav {from} does not listen to itself: its own senses are own->{from}"));
     }
-    let apart = from.abs_diff(to);
-    // The ring joins the last UAV to the first, so these two are neighbours as well.
-    let is_neighbour = apart == 1 || apart == uavs - 1;
+    // Neighbours are those of the slots, and not those with the next numbers.
+    let order = scenario.ring_order();
+    let is_neighbour = [order.previous(UavId(from)), order.next(UavId(from))].contains(&UavId(to));
     (!is_neighbour && !scenario.control.ring_closes).then(|| {
         format!("uav {from} and uav {to} are not ring neighbours, so they do not listen to each other")
     })
@@ -195,6 +194,8 @@ impl Presence {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Assignment, StartState};
+    use nalgebra::Point2;
 
     /// The warnings about the faults of a flight of 90 s at 100 Hz under this law.
     fn warned(sentences: &[&str], ring_closes: bool) -> Vec<(u32, String)> {
@@ -206,6 +207,22 @@ mod tests {
 
     fn reason(sentence: &str) -> Option<String> {
         warned(&[sentence], false).pop().map(|(_, reason)| reason)
+    }
+
+    #[test]
+    fn neighbours_are_those_of_the_slots() {
+        let mut scenario = Scenario::default();
+        scenario.formation.assignment = Assignment::Nearest;
+        // UAVs 2 and 3 start near each other's slots.
+        let slots = [1, 3, 2, 4, 5, 6].map(|slot| scenario.start_slot(slot));
+        let start =
+            |place: Point2<f64>| StartState { position_m: place.into(), heading_deg: 0.0, speed_m_s: 15.0 };
+        scenario.start.uavs = slots.map(start).into();
+        let warned = |sentence: &str| {
+            let scenario = Scenario { faults: vec![sentence.parse().unwrap()], ..scenario.clone() };
+            warnings(&scenario).len()
+        };
+        assert_eq!(["at 5 s link 1->3 blackout", "at 5 s link 1->2 blackout"].map(warned), [0, 1]);
     }
 
     #[test]

@@ -13,6 +13,8 @@ use ringwing_scenario::{
 const FLAP_TICKS_MIN: f64 = 4.0;
 /// Losses are whole multiples of one part in this. More make sentences longer and change next to nothing.
 const LOSS_STEPS: f64 = 1000.0;
+/// By how many ticks rounding may move a time that is a whole number of them. More would let faults begin before the window.
+const TICK_ROUNDING: f64 = 1e-6;
 
 /// What is open about one fault of a budget, each as a number from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +83,8 @@ impl Arena {
             return Err(format!("at most {short_s} s: a tick takes {period_s} s, so give at least that"));
         }
         // Round inwards: rounding to the nearest tick could begin a fault just outside the window.
-        let window = ((from_s * rate_hz).ceil(), (to_s * rate_hz).floor());
+        // A time such as 1.1 s is no binary number, and its product with the rate may lie just beside the tick.
+        let window = ((from_s * rate_hz - TICK_ROUNDING).ceil(), (to_s * rate_hz + TICK_ROUNDING).floor());
         if window.1 < window.0 {
             return Err(format!("from {from_s} s to {to_s} s: no tick of {period_s} s begins in it"));
         }

@@ -155,6 +155,11 @@ impl Draft {
 
     /// What is wrong with the parts together.
     fn problem_of(&self, definition: &Definition) -> Option<SweepProblem> {
+        // The flights of a cell count their seeds, so this one would be ignored.
+        if let Some(given) = self.set.iter().find(|given| given.name == "seed") {
+            let message = "seed: the seeds of a sweep begin with first_seed: give that instead";
+            return Some(SweepProblem::new(&given.place, message));
+        }
         if let Some(message) = definition.design.problem() {
             return Some(self.problem(message));
         }
@@ -291,6 +296,9 @@ delay = "0, 0.1 .. 0.3"
                 .starts_with("my.toml:10: axis control.law: empty range")
         );
         assert!(with("[axes]", "[axes")[0].starts_with("my.toml:8: "));
+        assert!(
+            with("time.duration_s = 5", "seed = 5")[0].starts_with("my.toml:7: seed: the seeds of a sweep")
+        );
         assert!(with("{delay}", "{delay")[0].starts_with("my.toml:4: the brace"));
         assert!(with("\"delays\"", "\"a/b\"")[0].contains("also that of a folder"));
     }

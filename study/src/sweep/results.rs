@@ -149,7 +149,7 @@ pub fn sort_rows(sources: &[&Path], target: &Path, columns: &Columns) -> Result<
     places.sort_by_key(|(place, source)| (place.cell, place.seed, *source));
     let mut rows = 0;
     let mut different = None;
-    replace(target, |out| {
+    let written = replace(target, |out| {
         out.write_all(&header(columns))?;
         // Two files may both have a flight, and then both rows must be equal: cell and seed alone decide a flight of
         // one build.
@@ -159,7 +159,11 @@ pub fn sort_rows(sources: &[&Path], target: &Path, columns: &Columns) -> Result<
             let flight = (place.cell, place.seed);
             match &last {
                 Some((flown, before)) if *flown == flight => {
-                    different = different.or((before != &line).then_some(flight));
+                    if before != &line {
+                        different = Some(flight);
+                        // What is there stays: it may be the only place with the other row.
+                        return Err(io::Error::other("two rows of a flight differ"));
+                    }
                 }
                 _ => {
                     rows += 1;
@@ -169,16 +173,16 @@ pub fn sort_rows(sources: &[&Path], target: &Path, columns: &Columns) -> Result<
             }
         }
         Ok(())
-    })?;
-    match different {
-        Some((cell, seed)) => Err(ResultsError::other(
+    });
+    if let Some((cell, seed)) = different {
+        return Err(ResultsError::other(
             target,
             format!(
                 "cell {cell}, seed {seed}: two files have different rows of this flight, so they are not of one build"
             ),
-        )),
-        None => Ok(rows),
+        ));
     }
+    written.map(|()| rows)
 }
 
 fn read_at(file: &mut File, place: RowPlace) -> io::Result<Vec<u8>> {
@@ -322,5 +326,6 @@ mod tests {
         assert!(
             sort_rows(&[&one, &other], &all, &columns()).unwrap_err().to_string().contains("different rows")
         );
+        assert_eq!(rows_in(&all), [(0, 1), (0, 2), (1, 1)], "what was there stays");
     }
 }

@@ -29,6 +29,17 @@ const BUDGETS: [&str; 5] = [
 ];
 
 #[test]
+fn a_window_of_one_tick_is_that_tick_however_its_time_rounds() {
+    // 1.1 and 2.3 are no binary numbers: times 100, one lies just above a whole number and the other just below.
+    for at_s in [1.1, 2.3] {
+        let arena = arena(&format!("1 kill, from {at_s} s to {at_s} s"));
+        let faults = arena.faults(&drawn(&arena, 1));
+        assert!(faults.iter().all(|fault| fault.at_s == at_s), "{faults:?}");
+        assert_eq!(arena.excess(&faults), None);
+    }
+}
+
+#[test]
 fn no_candidate_ever_exceeds_its_budget() {
     for budget in BUDGETS {
         let arena = arena(budget);
