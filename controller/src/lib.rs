@@ -29,8 +29,7 @@ use std::{
 const MARKER: &str = "agent";
 
 /// What a program says that was started without a run.
-const NO_RUN: &str =
-    "this program flies a UAV of ringwing: start it with `ringwing run SCENARIO --agent \"UAVS=PROGRAM\"`";
+const NO_RUN: &str = "error: this program flies a UAV of ringwing: start it with `ringwing run SCENARIO --agent \"UAVS=PROGRAM\"`";
 
 /// What a controller may know before the flight.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +59,7 @@ pub fn main<C: Controller>(make: impl FnOnce(&Start<'_>) -> C) -> ExitCode {
 
 /// Why a controller cannot fly.
 #[derive(Debug, thiserror::Error)]
-enum RunError {
+pub enum RunError {
     /// The arguments do not name a run and a UAV.
     #[error("{0}")]
     Usage(String),
@@ -70,8 +69,14 @@ enum RunError {
 }
 
 /// Flies a UAV with the controller that `make` makes until the flight ends. `arguments` are those of the program, without its
-/// name.
-fn run<C: Controller>(arguments: &[OsString], make: impl FnOnce(&Start<'_>) -> C) -> Result<(), RunError> {
+/// name. Meant for programs whose entry point is in another language; others call [`main`].
+///
+/// # Errors
+/// The arguments do not name a run and a UAV, or the program cannot take part in the run.
+pub fn run<C: Controller>(
+    arguments: &[OsString],
+    make: impl FnOnce(&Start<'_>) -> C,
+) -> Result<(), RunError> {
     let (own, member) = split(arguments).map_err(RunError::Usage)?;
     run_controller(&member, |start| {
         make(&Start { uav: start.uav, scenario: start.scenario, arguments: own })
