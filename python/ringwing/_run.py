@@ -91,7 +91,7 @@ def run(
     """
     keys, words = settings(set), sentences(faults)
     if simulated:
-        folder, text, notes = _native.fly(os.fspath(scenario), keys, words, out if record else None)
+        folder, text, notes = _native.fly(os.fspath(scenario), keys, words, [], out if record else None)
         for note in notes:
             warnings.warn(note, ScenarioWarning, stacklevel=2)
         return Run(json.loads(text), None if folder is None else Path(folder))

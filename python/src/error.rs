@@ -9,6 +9,7 @@ use ringwing_study::{files::ResultsError, recorded::RecordedFlightError, sweep::
 use std::{io, path::Path};
 
 create_exception!(ringwing, RingwingError, PyException, "Whatever ringwing refuses or fails at.");
+create_exception!(ringwing, AgentError, RingwingError, "A controller's program cannot take part in a run.");
 create_exception!(ringwing, LogError, RingwingError, "A file cannot be read as a log of ringwing.");
 create_exception!(
     ringwing,

@@ -2,32 +2,41 @@
 //!
 //! Must never leave another folder than the command would: `ringwing review`, `verify` and `latest` work on it.
 
-use crate::{error::Failure, interrupt::SignalWatch};
+use crate::{
+    controller::{FirstFailure, PythonController},
+    error::Failure,
+    interrupt::SignalWatch,
+};
 use pyo3::prelude::*;
 use ringwing_bus::{DomainId, write_whole};
 use ringwing_recorder::{Summary, log::run_folder, summary::RunFindings};
-use ringwing_scenario::{Fault, Reading, Scenario, Setting, Source, start};
+use ringwing_scenario::{AgentSection, Fault, Reading, Scenario, Setting, Source, start};
 use ringwing_study::{
-    recorded::{RecordedEnd, RecordedFlight},
+    recorded::{MakeController, RecordedEnd, RecordedFlight},
     shell::quoted,
 };
 use std::{
     path::{Path, PathBuf},
+    sync::Arc,
     time::Instant,
 };
 
-/// What to fly: a scenario, keys with their values, and faults.
+/// What to fly: a scenario, keys with their values, faults, and controllers.
 struct Order {
     scenario: String,
     set: Vec<(String, String)>,
     faults: Vec<String>,
+    controllers: Vec<ControllerOrder>,
 }
+
+/// What makes a controller in Python, with its name and the UAV that it flies; without a UAV, it flies all.
+type ControllerOrder = (Option<u32>, String, Py<PyAny>);
 
 /// A flight that is over: its folder, unless nothing was recorded; its summary as JSON; and what the scenario's reader warns
 /// of.
 type Flown = (Option<PathBuf>, String, Vec<String>);
 
-/// Flies `scenario` with the keys of `set` replaced and `faults` added. Writes the run's folder below `out`; without `out`, the
+/// Flies `scenario` with the keys of `set` replaced and `faults` added, and with `controllers` for some UAVs. Writes the run's folder below `out`; without `out`, the
 /// flight is only measured.
 #[pyfunction]
 pub(crate) fn fly(
@@ -35,9 +44,10 @@ pub(crate) fn fly(
     scenario: String,
     set: Vec<(String, String)>,
     faults: Vec<String>,
+    controllers: Vec<ControllerOrder>,
     out: Option<PathBuf>,
 ) -> PyResult<Flown> {
-    let order = Order { scenario, set, faults };
+    let order = Order { scenario, set, faults, controllers };
     // Release the interpreter's lock, so that other Python threads run during the flight.
     Ok(py.detach(|| order.fly(out.as_deref()))?)
 }
@@ -49,9 +59,11 @@ impl Order {
         let scenario = &reading.scenario;
         let folder = out.map(|out| make_folder(out, scenario)).transpose()?;
         let log = folder.as_deref().map(run_folder::log_in);
-        let mut flight = RecordedFlight::begin(scenario, log.as_deref())?;
+        let failure = Arc::new(FirstFailure::default());
+        let mut flight =
+            RecordedFlight::begin_with(scenario, log.as_deref(), self.controllers(scenario, &failure))?;
         let takeoff = Instant::now();
-        let raised = fly_to_end(&mut flight);
+        let raised = fly_to_end(&mut flight, &failure);
         let flight_time = takeoff.elapsed();
         let RecordedEnd { world, recorder, failures, ticks } = flight.finish();
         let found = RunFindings {
@@ -81,10 +93,34 @@ impl Order {
         let faults =
             self.faults.iter().map(|sentence| parsed(sentence)).collect::<Result<Vec<Fault>, _>>()?;
         let settings: Vec<Setting> = self.set.iter().map(|(key, value)| setting(key, value)).collect();
-        let reading = Reading::read(&Source::find(&self.scenario)?, &settings)?.with_faults(&faults)?;
+        let reading = Reading::read(&Source::find(&self.scenario)?, &settings)?
+            .with_faults(&faults)?
+            .with_agents(&self.agents())?;
         // Before a folder is made: UAVs without room to start are a mistake in the scenario.
         start::states(&reading.scenario)?;
         Ok(reading)
+    }
+
+    /// The controllers as the scenario in the log names them, so that nobody takes their flight for one of the built-in law.
+    fn agents(&self) -> Vec<AgentSection> {
+        let section = |(uav, name, _): &ControllerOrder| AgentSection {
+            uavs: uav.map_or_else(|| "all".into(), |uav| uav.to_string()),
+            command: vec![name.clone()],
+            folder: String::new(),
+        };
+        self.controllers.iter().map(section).collect()
+    }
+
+    /// Makes the controllers of the flight; their first exception is kept in `failure`.
+    fn controllers(&self, scenario: &Scenario, failure: &Arc<FirstFailure>) -> MakeController {
+        let makes: Vec<(Option<u32>, Py<PyAny>)> = Python::attach(|py| {
+            self.controllers.iter().map(|(uav, _, make)| (*uav, make.clone_ref(py))).collect()
+        });
+        let (scenario, failure) = (scenario.clone(), failure.clone());
+        Box::new(move |uav| {
+            let (_, make) = makes.iter().rev().find(|(named, _)| named.is_none_or(|named| named == uav.0))?;
+            Some(PythonController::boxed(make, uav, &scenario, &failure))
+        })
     }
 
     /// The command that repeats the flight.
@@ -117,11 +153,13 @@ fn make_folder(out: &Path, scenario: &Scenario) -> Result<PathBuf, Failure> {
     Ok(folder)
 }
 
-/// Flies until the end, or until a signal handler raises an exception.
-fn fly_to_end(flight: &mut RecordedFlight) -> Option<PyErr> {
+/// Flies until the end, or until a signal handler or a controller raises an exception.
+fn fly_to_end(flight: &mut RecordedFlight, failure: &FirstFailure) -> Option<PyErr> {
     let mut signals = SignalWatch::new();
-    while flight.step() {
-        if let Some(error) = signals.raised() {
+    let mut goes_on = true;
+    while goes_on {
+        goes_on = flight.step();
+        if let Some(error) = failure.take().or_else(|| signals.raised()) {
             flight.interrupt();
             return Some(error);
         }

@@ -4,11 +4,13 @@
 //! people use, with their documentation; `_native.pyi` says what it gets from here.
 
 mod columns;
+mod controller;
 mod error;
 mod flight;
 mod interrupt;
 mod log;
 mod message_shape;
+mod situation;
 mod sweep;
 mod tables;
 mod wire;
@@ -20,9 +22,11 @@ use pyo3::prelude::*;
 mod _native {
     #[pymodule_export]
     use crate::{
-        error::{FlightError, LogError, RingwingError, ScenarioError},
+        controller::{Wish, direction, run_agent},
+        error::{AgentError, FlightError, LogError, RingwingError, ScenarioError},
         flight::fly,
         log::NativeLog,
+        situation::{Aircraft, Leader, Neighbour, Obstacle, Situation, Track},
         sweep::sweep,
     };
     use pyo3::prelude::*;

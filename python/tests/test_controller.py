@@ -1,0 +1,181 @@
+"""Controllers in Python: in simulations, and as processes of a run."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ringwing
+
+PAPER = Path(__file__).parents[2] / "examples" / "controllers" / "paper.py"
+SHORT = {"time.duration_s": 3}
+
+
+def paper() -> type[ringwing.Controller]:
+    """The controller of the example."""
+    spec = importlib.util.spec_from_file_location("paper", PAPER)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    controller: type[ringwing.Controller] = module.Paper
+    return controller
+
+
+class Straight(ringwing.Controller):
+    def step(self, situation: ringwing.Situation) -> ringwing.Wish:
+        return ringwing.Wish(situation.speed_m_s, 0.0)
+
+
+@pytest.mark.parametrize("scenario", ["paper-4.1", "paper-4.2"])
+def test_the_papers_law_in_python_flies_as_the_built_in_one_does(scenario: str, tmp_path: Path) -> None:
+    python = ringwing.fly(scenario, controllers=paper(), out=tmp_path)
+    built_in = ringwing.run(scenario, out=tmp_path)
+    assert python.passed and built_in.passed
+    for uav in range(1, 7):
+        errors = [run.log.uav(uav).state["slot_error_m"] for run in (python, built_in)]
+        assert len(errors[0]) == len(errors[1]) > 5000
+        # The payloads differ, because the log of a controller of one's own has no terms of the law.
+        assert np.array_equal(errors[0], errors[1])
+
+
+def test_a_controller_is_told_what_its_uav_knows() -> None:
+    told: list[ringwing.Situation] = []
+
+    class Curious(Straight):
+        def step(self, situation: ringwing.Situation) -> ringwing.Wish:
+            told.append(situation)
+            return super().step(situation)
+
+    ringwing.fly("paper-4.1", controllers={2: Curious}, set=SHORT, record=False)
+    first, last = told[0], told[-1]
+    assert (first.tick, first.uav, first.leader, first.slot_m) == (-1, 2, None, None)
+    assert [situation.tick for situation in told] == list(range(-1, 301))
+    assert last.time_s == 3.0 and last.period_s == 0.01 and last.senses_age_s == 0.0
+    assert last.previous is not None and last.next is not None and last.leader is not None
+    assert (last.previous.uav, last.next.uav, last.living, last.lost) == (1, 3, 6, [])
+    assert last.next.track is not None and last.next.track.age_s == pytest.approx(0.01)
+    assert last.slot_m is not None and last.slot_m.shape == (2,)
+    assert np.allclose(last.slot_m - last.leader.position_m, last.slot_offset_m)
+    flown_m = np.linalg.norm(last.position_m - first.position_m)
+    assert flown_m == pytest.approx(last.speed_m_s * 3.01, rel=1e-6)
+
+
+def test_a_new_agent_has_a_new_controller_and_a_scenario_to_read() -> None:
+    starts: list[ringwing.Start] = []
+
+    class Remembering(Straight):
+        def __init__(self, start: ringwing.Start) -> None:
+            starts.append(start)
+
+    faults = ["at 1 s restart uav 3 after 0.5 s"]
+    ringwing.fly("paper-4.1", controllers={3: Remembering}, set=SHORT, faults=faults, record=False)
+    assert [start.uav for start in starts] == [3, 3]
+    assert starts[0].scenario["formation"]["uavs"] == 6 and starts[0].arguments == []
+
+
+def test_an_exception_of_a_controller_ends_the_flight_and_comes_out_of_it(tmp_path: Path) -> None:
+    class Failing(Straight):
+        def step(self, situation: ringwing.Situation) -> ringwing.Wish:
+            if situation.time_s > 1:
+                raise ZeroDivisionError("no idea")
+            return super().step(situation)
+
+    class Wrong(Straight):
+        def step(self, situation: ringwing.Situation) -> ringwing.Wish:
+            return (15.0, 0.0)  # type: ignore[return-value]
+
+    with pytest.raises(ZeroDivisionError, match="no idea"):
+        ringwing.fly("paper-4.1", controllers={3: Failing}, out=tmp_path)
+    assert ringwing.Log(tmp_path / "latest").uav(3).state["tick"][-1] < 110
+    with pytest.raises(TypeError, match="step returned tuple: return ringwing.Wish"):
+        ringwing.fly("paper-4.1", controllers={3: Wrong}, record=False)
+    with pytest.raises(NotImplementedError, match="Controller has no step"):
+        ringwing.fly("paper-4.1", controllers={3: ringwing.Controller}, record=False)
+    with pytest.raises(ringwing.ScenarioError, match="there is no UAV 9"):
+        ringwing.fly("paper-4.1", controllers={9: Straight}, record=False)
+
+
+def flown(command: str, folder: Path, *words: str) -> tuple[dict[str, object], str]:
+    """The summary of a run of processes, and what it printed."""
+    environment = {"RINGWING_CONFIG": "", "PATH": "/usr/bin:/bin"}
+    run = subprocess.run(
+        [command, "run", *words, "--out", str(folder)], capture_output=True, text=True, timeout=300, env=environment
+    )
+    summary: dict[str, object] = json.loads((folder / "latest" / "summary.json").read_text())
+    return summary, run.stderr
+
+
+def test_processes_fly_a_controller_as_the_simulation_does(command: str, tmp_path: Path) -> None:
+    agent = f"2, 5={sys.executable} {PAPER}"
+    summary, errors = flown(command, tmp_path, "paper-4.1", "--duration", "20", "--agent", agent)
+    Paper = paper()
+    controllers, short = {2: Paper, 5: Paper}, {"time.duration_s": 20}
+    simulated = ringwing.fly("paper-4.1", controllers=controllers, set=short, record=False)
+    assert summary["payload_hash"] == simulated.payload_hash, errors
+
+
+BROKEN = """
+import sys, time, ringwing
+
+class Broken(ringwing.Controller):
+    def __init__(self, start):
+        self.how = start.arguments[0]
+
+    def step(self, s):
+        if s.time_s > 1:
+            if self.how == "raise":
+                raise ZeroDivisionError("no idea")
+            if self.how == "sleep":
+                time.sleep(1000)
+            if self.how == "exit":
+                sys.exit(3)
+            if self.how == "nan":
+                return ringwing.Wish(float("nan"), 0.0)
+        return ringwing.Wish(s.speed_m_s, 0.0)
+
+ringwing.main(Broken)
+"""
+
+
+def test_a_broken_controller_is_named_and_the_others_fly_on(command: str, tmp_path: Path) -> None:
+    script = tmp_path / "broken.py"
+    script.write_text(BROKEN)
+    words = ["paper-4.1", "--duration", "10", "--set", "answer_timeout_s=0.5", "--set", "failsafe=hold"]
+    for uav, how in enumerate(["raise", "sleep", "exit", "nan"], start=1):
+        words += ["--agent", f"{uav}={sys.executable} {script} {how}"]
+    summary, errors = flown(command, tmp_path / "runs", *words)
+    assert summary["failures"] == [] and summary["verdict"] == "violated", errors
+    for text in [
+        "uav 1 gave up (exit status 1)",
+        "uav 2 has not answered for 0.5 s",
+        "uav 2 did not leave at the end of the flight; killed",
+        "uav 3 gave up (exit status 3)",
+        "uav 4 has a controller whose wish is not a finite number",
+    ]:
+        assert text in errors, errors
+    output = (tmp_path / "runs" / "latest" / "output" / "uav-1.txt").read_text()
+    assert "ZeroDivisionError: no idea" in output and "broken.py" in output
+    state = ringwing.Log(tmp_path / "runs" / "latest").uav(6).state
+    assert state["tick"][-1] == 1000
+
+
+def test_a_controller_is_killed_frozen_and_started_again_many_times(command: str, tmp_path: Path) -> None:
+    script = tmp_path / "straight.py"
+    script.write_text(BROKEN)
+    faults = []
+    for k in range(10):
+        for sentence in (f"at {2 * k + 1} s restart uav 3 after 0.5 s", f"at {2 * k + 2} s freeze uav 4 for 0.5 s"):
+            faults += ["--fault", sentence]
+    agent = f"3, 4={sys.executable} {script} fly"
+    words = ["paper-4.1", "--law", "resilient", "--duration", "25", "--agent", agent, *faults]
+    summary, errors = flown(command, tmp_path / "runs", *words)
+    assert summary["failures"] == [] and summary["unplanned_losses"] == 0, errors
+    assert errors.count("uav 3 is started") == 10 and errors.count("uav 4 is thawed") == 10, errors
+    left = subprocess.run(["pgrep", "-f", str(script)], capture_output=True)
+    assert left.stdout == b""
