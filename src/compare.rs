@@ -7,7 +7,7 @@ use crate::{
     output::{self, tell, warn_of},
     review::LoggedFlight,
 };
-use ringwing_recorder::{flat::flattened, log::reader::ReadError};
+use ringwing_recorder::flat::flattened;
 use serde_json::{Value, json};
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -50,8 +50,8 @@ pub(crate) fn run(args: &CompareLogsArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// The quantities of the flight in `log`; warns if they are not those of one whole flight.
-fn read(log: &Path) -> Result<BTreeMap<String, Value>, ReadError> {
-    let flight = LoggedFlight::read(log)?;
+fn read(log: &Path) -> anyhow::Result<BTreeMap<String, Value>> {
+    let flight = LoggedFlight::read(log, false)?;
     warn_of(&flight.path, &flight.notes);
     warn_of(&flight.path, &flight.summary.failures);
     Ok(quantities(&flight))

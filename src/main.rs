@@ -3,6 +3,7 @@
 //! A swarm of fixed-wing UAVs, each its own operating-system process, flies a ring formation. Each verb has its own
 //! module; this one must never contain a verb's logic.
 
+mod baseline;
 mod bench;
 mod clean;
 mod compare;

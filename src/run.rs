@@ -3,7 +3,7 @@
 //! Never flies anything itself; it makes the launcher's plan from the arguments.
 
 use crate::{
-    WrongUsage, config,
+    WrongUsage, baseline, config,
     launcher::{LaunchError, Outcome, Plan, launch},
     log_room, output,
     real_time::{Urgency, urgency},
@@ -73,6 +73,9 @@ pub(crate) struct RunArgs {
     /// Write no log; the flight is still measured
     #[arg(long)]
     no_record: bool,
+    /// Compare the flight with the same one without its faults, and say what they cost
+    #[arg(long, conflicts_with_all = ["real_time", "no_record"])]
+    baseline: bool,
     /// Leave wall-clock times out of the log, so that equal flights give equal files
     #[arg(long)]
     no_timing: bool,
@@ -108,17 +111,24 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         output::warning(note);
     }
     let outcome = if args.simulated { simulated::fly(&plan)? } else { launch(&plan)? };
-    let summary = summary::of_run(
+    let mut summary = summary::of_run(
         &plan.scenario,
         &outcome,
         plan.record,
         command(args, plan.scenario.seed, &outcome.added_faults),
     );
+    if args.baseline {
+        // Without the comparison, the flight still has its verdict.
+        match baseline::of_log(&log_in(&outcome.folder)) {
+            Ok(deviation) => summary.deviation = Some(deviation),
+            Err(error) => output::warning(&format!("--baseline: {error}")),
+        }
+    }
     let text = if args.json { summary.to_json() + "\n" } else { summary::for_terminal(&summary) };
     // Print first: a disk that is full must not take the result.
     output::print(&text);
     if !args.json && plan.record {
-        output::print(&next_steps(&outcome.folder));
+        output::print(&next_steps(&outcome.folder, args.baseline));
     }
     write(&outcome, &summary)?;
     Ok(summary::exit_code(summary.verdict))
@@ -140,6 +150,9 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     start::states(&scenario)?;
     if args.simulated {
         ringwing_simulation::check(&scenario).map_err(|error| WrongUsage(format!("--simulated: {error}")))?;
+    }
+    if args.baseline {
+        baseline::check(&scenario)?;
     }
     let out = config::out(args.out.as_deref());
     check_out(&out)?;
@@ -204,11 +217,12 @@ fn law(args: &RunArgs) -> Option<String> {
 }
 
 /// How to look further into a flight that was logged.
-fn next_steps(folder: &Path) -> String {
+fn next_steps(folder: &Path, with_baseline: bool) -> String {
     let path = |name: &str| quoted(&folder.join(name).display().to_string());
     let log = quoted(&log_in(folder).display().to_string());
-    let review =
-        format!("  look     {} review {}\n", quoted(&program()), quoted(&folder.display().to_string()));
+    let more = if with_baseline { " --baseline" } else { "" };
+    let folder_text = quoted(&folder.display().to_string());
+    let review = format!("  look     {} review {folder_text}{more}\n", quoted(&program()));
     // A flight without a recorder that finished may have no layout.
     if !folder.join(LAYOUT).exists() {
         return review;
@@ -249,6 +263,7 @@ fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
         (args.real_time, "--real-time"),
         (args.simulated, "--simulated"),
         (args.no_record, "--no-record"),
+        (args.baseline, "--baseline"),
         (args.no_timing, "--no-timing"),
         (args.json, "--json"),
     ] {

@@ -9,6 +9,7 @@
 
 mod harness;
 
+mod baseline;
 mod bench;
 mod cluster;
 mod command_line;

@@ -2,7 +2,7 @@
 //!
 //! Never reports 0 for a value that does not exist: the value is null in the JSON.
 
-use crate::metrics::{FlightSummary, ObstacleSummary, Verdict, judge};
+use crate::metrics::{Deviation, FlightSummary, ObstacleSummary, Verdict, judge};
 use ringwing_flight::{Collision, Latency, Tick, WorldReport, real_time_factor};
 use ringwing_scenario::{Law, Scenario, ShapeName};
 use serde::Serialize;
@@ -91,6 +91,8 @@ pub struct Summary {
     pub late_max_us: Option<f64>,
     /// How long the round trips of the ticks took.
     pub latency: Option<Latency>,
+    /// What the faults have cost, if the flight was compared with the same one without them.
+    pub deviation: Option<Deviation>,
     /// Path of the log.
     pub log: Option<String>,
     /// Number of messages in it.
@@ -300,6 +302,7 @@ impl Summary {
             unanswered_ticks: None,
             late_max_us: None,
             latency: None,
+            deviation: None,
             log: None,
             log_messages: None,
             ticks_lost: flight.as_ref().map(|flight| flight.ticks_lost),

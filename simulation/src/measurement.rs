@@ -75,6 +75,11 @@ impl Frames {
         Some(&self.frame)
     }
 
+    /// The frame taken last.
+    pub fn latest(&self) -> &Frame {
+        &self.frame
+    }
+
     fn collect_samples(&mut self, simulation: &Simulation, tick: Tick) {
         self.samples.restart(tick.0);
         for uav in UavId::all(simulation.scenario().formation.uavs) {
@@ -100,20 +105,21 @@ impl Measurement {
     }
 
     /// Measures the tick flown last and takes the events of the step. Call it once after each [`Simulation::step`], also
-    /// after the last one. The approach, before tick 0, is not part of the flight: only its events count.
-    pub fn observe(&mut self, simulation: &Simulation) {
+    /// after the last one. The approach, before tick 0, is not part of the flight: only its events count. Returns the frame
+    /// of the tick, if there is a new one.
+    pub fn observe(&mut self, simulation: &Simulation) -> Option<&Frame> {
         for event in simulation.events() {
             self.metrics.on_event(event);
             self.events.push(event.clone());
         }
-        if let Some(frame) = self.frames.take(simulation) {
-            self.metrics.observe(frame);
-        }
+        let frame = self.frames.take(simulation)?;
+        self.metrics.observe(frame);
+        Some(frame)
     }
 
     /// The tick observed last, UAV by UAV.
     pub fn frame(&self) -> &Frame {
-        &self.frames.frame
+        self.frames.latest()
     }
 
     /// The swarm as a whole in the tick observed last.

@@ -3,14 +3,15 @@
 //! Never uses anything but the log: the same file gives the same numbers on every machine.
 
 use super::periods::Periods;
+use crate::baseline;
 use ringwing_flight::{Event, TimedEvent};
 use ringwing_recorder::{
     Summary,
     log::{
         meter::{LogMeter, Measured},
-        reader::{ReadError, Reader, Replayed},
+        reader::{Reader, Replayed},
     },
-    metrics::{ControlTerms, UavFrame},
+    metrics::{ControlTerms, Frame, UavFrame, deviation_m},
     summary::LogFindings,
 };
 use ringwing_scenario::Scenario;
@@ -33,6 +34,8 @@ pub(crate) struct UavColumns {
     pub(crate) repulsion_m: Column,
     /// Age of the oldest data that its agent used.
     pub(crate) age_s: Column,
+    /// How far it is from where it would be without the faults; empty if nobody asked for it.
+    pub(crate) deviation_m: Column,
     /// Whether its agent flies it, and not its failsafe.
     pub(crate) commanded: Vec<bool>,
 }
@@ -75,19 +78,32 @@ pub(crate) struct LoggedFlight {
 }
 
 impl LoggedFlight {
-    /// Reads the log at `path`.
-    pub(crate) fn read(path: &Path) -> Result<Self, ReadError> {
+    /// Reads the log at `path`; `with_baseline` compares its flight with the same one without faults.
+    pub(crate) fn read(path: &Path, with_baseline: bool) -> anyhow::Result<Self> {
         let mut reader = Reader::open(path)?;
         let scenario = reader.scenario()?;
+        let mut baseline = with_baseline.then(|| baseline::begin(&scenario)).transpose()?;
         let mut flight = Self::empty(reader.path().to_owned(), scenario);
         let mut meter = LogMeter::new(&flight.scenario);
         for tick in reader.ticks(&flight.scenario) {
             meter.observe(&tick);
             flight.take(&tick, &meter);
+            if let Some(baseline) = baseline.as_mut().filter(|_| tick.has_uavs()) {
+                flight.compare(&tick.frame, baseline.observe(&tick.frame));
+            }
         }
         flight.periods.end();
         Measured { summary: flight.summary, notes: flight.notes } = meter.finish(&reader, &flight.scenario);
+        flight.summary.deviation = baseline.map(|baseline| baseline.summary());
         Ok(flight)
+    }
+
+    /// Adds how far the UAVs of a tick are from where they would be without the faults.
+    fn compare(&mut self, flown: &Frame, undisturbed: Option<&Frame>) {
+        for (index, columns) in self.uavs.iter_mut().enumerate() {
+            let pair = flown.uavs.get(index).zip(undisturbed.and_then(|frame| frame.uavs.get(index)));
+            columns.deviation_m.push(pair.and_then(|(flown, undisturbed)| deviation_m(flown, undisturbed)));
+        }
     }
 
     fn empty(path: PathBuf, scenario: Scenario) -> Self {

@@ -39,6 +39,9 @@ pub(crate) struct ReviewArgs {
     /// Print the summary as JSON, and draw figures only if --out is given
     #[arg(long, conflicts_with = "other")]
     json: bool,
+    /// Compare the flight with the same one without its faults, and draw what they cost
+    #[arg(long)]
+    baseline: bool,
     /// Also draw the flight as an animated picture, `flight.svg`
     #[arg(long, conflicts_with = "other")]
     animate: bool,
@@ -49,7 +52,7 @@ pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
     // Read both logs before printing: an unreadable second one must not follow half of the output.
     let flights = iter::once(&args.log)
         .chain(&args.other)
-        .map(|log| LoggedFlight::read(&config::log(log)))
+        .map(|log| LoggedFlight::read(&config::log(log), args.baseline))
         .collect::<Result<Vec<_>, _>>()?;
     for flight in &flights {
         warn_of(&flight.path, &flight.notes);

@@ -2,6 +2,7 @@
 //!
 //! Never computes a value; each is in the [`Summary`] already.
 
+mod deviation;
 mod disturbances;
 mod faults;
 mod line;

@@ -3,6 +3,7 @@
 //! Never computes a value; each is in the summary already.
 
 use super::{
+    deviation::write_deviation,
     disturbances::{write_chance, write_losses, write_recoveries},
     faults::effect_lines,
     line::{NOT_SEEN, is_narrow, line, paragraph},
@@ -54,6 +55,9 @@ impl fmt::Display for SummaryText<'_> {
             write_saturation(f, flight)?;
             write_links(f, flight)?;
             write_lost_ticks(f, flight)?;
+        }
+        if let Some(cost) = &summary.deviation {
+            write_deviation(f, cost)?;
         }
         write_world(f, summary)?;
         write_verdict(f, summary)

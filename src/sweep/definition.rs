@@ -64,6 +64,9 @@ pub(crate) struct SweepArgs {
     /// Fly every flight with real processes instead of in the simulation
     #[arg(long)]
     pub(super) processes: bool,
+    /// Fly each flight without its faults as well, and fill the columns that say what they cost
+    #[arg(long)]
+    pub(super) baseline: bool,
     /// Fly even if that takes very long
     #[arg(long)]
     pub(super) yes: bool,

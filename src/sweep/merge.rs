@@ -64,7 +64,9 @@ fn common_manifest(folders: &[PathBuf]) -> anyhow::Result<Manifest> {
     for folder in folders {
         let other = Manifest::expect(folder)?;
         if let Some(first) = &manifest {
-            if first.sweep != other.sweep || first.by_processes != other.by_processes {
+            if first.sweep != other.sweep
+                || (first.by_processes, first.has_baseline) != (other.by_processes, other.has_baseline)
+            {
                 return Err(WrongUsage(format!(
                     "{}: holds another sweep than the first folder",
                     folder.display()

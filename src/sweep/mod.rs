@@ -17,8 +17,9 @@ use progress::Progress;
 use ringwing_bus::StopFlag;
 use ringwing_scenario::Scenario;
 use ringwing_study::{
+    Outcome,
     files::ResultsError,
-    fly,
+    fly, fly_beside_baseline,
     sweep::{
         Columns, Crew, Definition, FlightId, Ledger, Manifest, Row, RowFile, Shard, Tally, check, flight_of,
         flights_file, run as fly_all,
@@ -70,10 +71,10 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     let show = |tally| progress.show(tally);
     // Two calls, because a crew is generic over what flies, so the two crews have different types.
     let (rows, tally) = if args.processes {
-        let crew = Crew { jobs, fly: processes::fly, stops };
+        let crew = Crew { jobs, fly: |scenario: &Scenario| processes::fly(scenario, args.baseline), stops };
         fly_all(&sweep, ledger, rows, &crew, show)?
     } else {
-        let crew = Crew { jobs, fly: simulate, stops };
+        let crew = Crew { jobs, fly: |scenario: &Scenario| simulate(scenario, args.baseline), stops };
         fly_all(&sweep, ledger, rows, &crew, show)?
     };
     progress.finish();
@@ -92,8 +93,9 @@ fn fly_sweep(args: &SweepArgs) -> anyhow::Result<ExitCode> {
     Ok(if is_whole { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
 }
 
-fn simulate(scenario: &Scenario) -> Result<ringwing_study::Outcome, String> {
-    fly(scenario).map_err(|error| error.to_string())
+fn simulate(scenario: &Scenario, with_baseline: bool) -> Result<Outcome, String> {
+    let flown = if with_baseline { fly_beside_baseline(scenario) } else { fly(scenario) };
+    flown.map_err(|error| error.to_string())
 }
 
 fn cells(sweep: &Definition) -> u64 {
@@ -134,6 +136,7 @@ fn prepare(folder: &Path, sweep: &Definition, args: &SweepArgs) -> anyhow::Resul
         version: env!("CARGO_PKG_VERSION").into(),
         build: files::build()?,
         by_processes: args.processes,
+        has_baseline: args.baseline,
     };
     if args.fresh {
         remove_results(folder)?;
@@ -155,6 +158,8 @@ fn check_same(folder: &Path, manifest: &Manifest, before: &Manifest) -> Result<(
         "the same sweep flown by another build of ringwing"
     } else if manifest.by_processes != before.by_processes {
         "the same sweep, one of them with --processes"
+    } else if manifest.has_baseline != before.has_baseline {
+        "the same sweep, one of them with --baseline"
     } else {
         return Ok(());
     };

@@ -3,7 +3,7 @@
 //! Never launches a swarm within this process: the launcher owns signals and children of its process.
 
 use ringwing_flight::{Collider, Collision, IntruderId, UavId, WorldReport};
-use ringwing_recorder::metrics::FlightSummary;
+use ringwing_recorder::metrics::{Deviation, FlightSummary};
 use ringwing_scenario::Scenario;
 use ringwing_study::Outcome;
 use serde::Deserialize;
@@ -22,6 +22,7 @@ struct Run {
     missed_deadlines: Option<u64>,
     unanswered_ticks: Option<u64>,
     flight: Option<FlightSummary>,
+    deviation: Option<Deviation>,
 }
 
 #[derive(Deserialize)]
@@ -32,10 +33,11 @@ struct CollisionRow {
     position_m: [f64; 2],
 }
 
-/// Flies `scenario` with processes; `Err` says why it could not be flown.
-pub(super) fn fly(scenario: &Scenario) -> Result<Outcome, String> {
+/// Flies `scenario` with processes, and measures it against its baseline if asked to; `Err` says why it could not be flown.
+pub(super) fn fly(scenario: &Scenario, with_baseline: bool) -> Result<Outcome, String> {
     // The exit code is ignored: a flight that violates a requirement is a result like any other.
-    let run = launch(scenario).map_err(|error| format!("the processes cannot be run: {error}"))?;
+    let run =
+        launch(scenario, with_baseline).map_err(|error| format!("the processes cannot be run: {error}"))?;
     let run: Run = serde_json::from_slice(&run.stdout).map_err(|_| {
         format!("the processes left no summary: {}", String::from_utf8_lossy(&run.stderr).trim())
     })?;
@@ -43,16 +45,18 @@ pub(super) fn fly(scenario: &Scenario) -> Result<Outcome, String> {
         return Err(run.failures.join("; "));
     };
     let report = report(scenario, &run);
-    Ok(Outcome::judged(scenario, summary, report, Vec::new()))
+    let outcome = Outcome::judged(scenario, summary, report, Vec::new());
+    Ok(Outcome { deviation: run.deviation, ..outcome })
 }
 
-fn launch(scenario: &Scenario) -> io::Result<std::process::Output> {
+fn launch(scenario: &Scenario, with_baseline: bool) -> io::Result<std::process::Output> {
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("scenario.toml");
     fs::write(&file, scenario.to_toml())?;
     let mut command = Command::new(env::current_exe()?);
-    // Without a log there still is a recorder that measures, and a row needs no more.
-    command.arg("run").arg(&file).args(["--no-record", "--json", "--out"]).arg(folder.path());
+    // A baseline is compared with the log. Without a log there still is a recorder that measures, and a row needs no more.
+    let measured = if with_baseline { "--baseline" } else { "--no-record" };
+    command.arg("run").arg(&file).args([measured, "--json", "--out"]).arg(folder.path());
     command.output()
 }
 

@@ -1,10 +1,11 @@
 //! The figures of a flight by name: the columns of a sweep's results, and the goals of a search.
 //!
-//! Never computes anything new: each figure is a number that the summary of a run also has, under the same name.
+//! Never computes anything new: each figure is a number that the summary of a run also has, under the same name. Those of a
+//! baseline are in its `deviation`.
 
 use crate::flight::Outcome;
 use ringwing_flight::WorldReport;
-use ringwing_recorder::metrics::{ClosestPair, FlightSummary};
+use ringwing_recorder::metrics::{ClosestPair, Deviation, FlightSummary};
 
 /// A number of a flight.
 #[derive(Clone, Copy)]
@@ -33,13 +34,15 @@ enum Value {
     Summary(fn(&FlightSummary) -> Option<f64>),
     /// A count of the world; absent if a fault ended the world.
     World(fn(&WorldReport) -> f64),
+    /// What faults have cost; absent unless the flight was flown beside its baseline.
+    Deviation(fn(&Deviation) -> Option<f64>),
 }
 
 use Better::{Higher, Lower};
 use Value::{Summary, World};
 
 /// Every figure, in the order of the summary.
-pub const FIGURES: [Figure; 41] = [
+pub const FIGURES: [Figure; 44] = [
     figure("settling_s", "settled after", Lower, Summary(|flight| flight.settling_s)),
     figure("recovery_max_s", "longest recovery from a fault", Lower, Summary(|flight| flight.recovery_max_s)),
     figure(
@@ -212,6 +215,24 @@ pub const FIGURES: [Figure; 41] = [
         Lower,
         World(|world| world.unanswered_ticks as f64),
     ),
+    figure(
+        "deviation_peak_m",
+        "largest deviation from the flight without faults",
+        Lower,
+        Value::Deviation(|cost| cost.peak_m),
+    ),
+    figure(
+        "deviation_area_m_s",
+        "deviation from the flight without faults, integral over time",
+        Lower,
+        Value::Deviation(|cost| Some(cost.area_m_s)),
+    ),
+    figure(
+        "deviation_back_s",
+        "time back to the flight without faults",
+        Lower,
+        Value::Deviation(|cost| cost.back_s),
+    ),
 ];
 
 const fn figure(name: &'static str, label: &'static str, better: Better, value: Value) -> Figure {
@@ -224,11 +245,17 @@ impl Figure {
         FIGURES.iter().find(|figure| figure.name == name)
     }
 
+    /// Whether only a flight beside its baseline has it.
+    pub fn needs_baseline(&self) -> bool {
+        matches!(self.value, Value::Deviation(_))
+    }
+
     /// Its value in a flight; `None` if the flight has no such value, such as a settling time when it never settled.
     pub fn of(&self, outcome: &Outcome) -> Option<f64> {
         match self.value {
             Summary(get) => get(&outcome.summary),
             World(get) => outcome.report.as_ref().map(get),
+            Value::Deviation(get) => outcome.deviation.as_ref().and_then(get),
         }
     }
 }

@@ -2,10 +2,11 @@
 //!
 //! Never opens a file and never prints: whoever flies many scenarios decides what to keep.
 
+use crate::baseline::Baseline;
 use ringwing_flight::{Event, TimedEvent, WorldReport};
-use ringwing_recorder::metrics::{FlightSummary, Verdict, judge};
+use ringwing_recorder::metrics::{Deviation, FlightSummary, Verdict, judge};
 use ringwing_scenario::{RequirementsSection, Scenario};
-use ringwing_simulation::{Flown, SimulationError, fly as simulate};
+use ringwing_simulation::{Flown, Measurement, Simulation, SimulationError, fly as simulate};
 use serde_json::{Map, Value};
 
 /// Stands for a requirement where a flight violated what no scenario can allow: it ended with nobody in the formation, or
@@ -25,6 +26,8 @@ pub struct Outcome {
     pub report: Option<WorldReport>,
     /// Everything that happened, in order of time: [`Event::Collision`] says who collided, with what and where.
     pub events: Vec<TimedEvent>,
+    /// What its faults have cost, if it was flown beside its baseline.
+    pub deviation: Option<Deviation>,
 }
 
 /// A requirement that a flight violated.
@@ -46,6 +49,26 @@ pub fn fly(scenario: &Scenario) -> Result<Outcome, SimulationError> {
     Ok(Outcome::judged(scenario, summary, report, events))
 }
 
+/// As [`fly`], and flies the same scenario without its faults beside it, to measure what they cost.
+///
+/// # Errors
+/// As [`fly`].
+pub fn fly_beside_baseline(scenario: &Scenario) -> Result<Outcome, SimulationError> {
+    let mut simulation = Simulation::new(scenario)?;
+    let mut measurement = Measurement::new(scenario);
+    let mut baseline = Baseline::new(scenario)?;
+    let mut goes_on = true;
+    while goes_on {
+        goes_on = simulation.step();
+        if let Some(frame) = measurement.observe(&simulation) {
+            baseline.observe(frame);
+        }
+    }
+    let Flown { report, summary, events, .. } = measurement.finish(&simulation);
+    let outcome = Outcome::judged(scenario, summary, report, events);
+    Ok(Outcome { deviation: Some(baseline.summary()), ..outcome })
+}
+
 impl Outcome {
     /// The outcome of a flight of `scenario` that was measured elsewhere, such as by real processes.
     pub fn judged(
@@ -63,7 +86,7 @@ impl Outcome {
             Some(report) if report.complete => Verdict::Violated,
             _ => Verdict::Failed,
         };
-        Self { verdict, violations, summary, report, events }
+        Self { verdict, violations, summary, report, events, deviation: None }
     }
 
     /// The hash of all payloads; equal hashes mean equal flights. `None` if a fault ended the world.

@@ -5,6 +5,7 @@
 //!
 //! Never changes a flight: a flight depends only on its scenario, so the order and the number of flights decide nothing.
 
+pub mod baseline;
 pub mod figure;
 pub mod files;
 pub mod flight;
@@ -17,5 +18,6 @@ pub mod statistics;
 pub mod sweep;
 pub mod theory;
 
+pub use baseline::Baseline;
 pub use figure::Figure;
-pub use flight::{Outcome, Violation, fly};
+pub use flight::{Outcome, Violation, fly, fly_beside_baseline};

@@ -18,7 +18,7 @@ use ringwing_drawing::{
     BLACK, RGBColor,
     chart::{Chart, Curve, Stroke},
 };
-use ringwing_recorder::show::palette;
+use ringwing_recorder::{metrics::OFF_COURSE_M, show::palette};
 use ringwing_scenario::Law;
 
 /// Largest swarm whose UAVs have a line each. Larger swarms are drawn by their extremes and their mean, because more
@@ -55,6 +55,7 @@ pub(super) fn all(flight: &LoggedFlight) -> Vec<FlightFigure> {
     let mut figures = vec![map::trajectories(flight)];
     figures.extend(timeline::figure(flight));
     figures.push(slot_errors(flight));
+    figures.extend(flight.summary.deviation.as_ref().map(|_| deviations(flight)));
     figures.extend(distances(flight));
     figures.extend(speeds(flight));
     // Drawn circles have none of their own: there may be dozens.
@@ -158,6 +159,18 @@ fn slot_errors(flight: &LoggedFlight) -> FlightFigure {
             "slot error, m",
         )
         .on_log_axis()
+}
+
+fn deviations(flight: &LoggedFlight) -> FlightFigure {
+    OverTime::of_uavs(flight, |uav| &uav.deviation_m)
+        .level("off course", OFF_COURSE_M)
+        .figure(
+            "deviations",
+            "Deviation from the flight without faults",
+            "From where each UAV would be without the faults, while it flies on command.",
+            "deviation, m",
+        )
+        .on_axis_from_zero()
 }
 
 fn lyapunov(flight: &LoggedFlight) -> FlightFigure {

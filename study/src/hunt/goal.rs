@@ -55,8 +55,10 @@ impl Goal {
     /// # Errors
     /// There is no such figure.
     pub fn new(name: &str, is_highest: Option<bool>) -> Result<Self, String> {
-        let figure = Figure::named(name).ok_or_else(|| {
-            let names: Vec<_> = FIGURES.iter().map(|figure| figure.name).collect();
+        // A hunt flies nothing beside its flights.
+        let is_known = |figure: &&Figure| !figure.needs_baseline();
+        let figure = Figure::named(name).filter(is_known).ok_or_else(|| {
+            let names: Vec<_> = FIGURES.iter().filter(is_known).map(|figure| figure.name).collect();
             format!("{name}: there is no such figure; the figures are {}", names.join(", "))
         })?;
         Ok(Self { figure, is_highest: is_highest.unwrap_or(figure.better == Better::Lower) })

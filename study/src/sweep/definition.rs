@@ -41,6 +41,8 @@ pub struct Manifest {
     pub build: String,
     /// Whether real processes flew.
     pub by_processes: bool,
+    /// Whether each flight was compared with the same one without its faults.
+    pub has_baseline: bool,
 }
 
 /// The seeds of a cell.

@@ -168,6 +168,7 @@ mod tests {
             version: "1".into(),
             build: "b".into(),
             by_processes: false,
+            has_baseline: false,
         }
     }
 

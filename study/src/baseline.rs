@@ -1,0 +1,106 @@
+//! The same flight without its faults, flown beside a flight to see what its faults cost.
+//!
+//! Takes the frames of a flight from wherever they come: a simulation, or a log. Never changes that flight.
+
+use ringwing_recorder::metrics::{Deviation, Deviations, Frame};
+use ringwing_scenario::Scenario;
+use ringwing_simulation::{Frames, Simulation, SimulationError};
+
+/// Measures a flight against its undisturbed self.
+pub struct Baseline {
+    undisturbed: Simulation,
+    frames: Frames,
+    deviations: Deviations,
+}
+
+impl Baseline {
+    /// The baseline of a flight of `scenario`, which has been validated, before its first tick.
+    ///
+    /// # Errors
+    /// The scenario flies in real time, or its UAVs find no room to start.
+    pub fn new(scenario: &Scenario) -> Result<Self, SimulationError> {
+        let quiet = Scenario { faults: Vec::new(), ..scenario.clone() };
+        Ok(Self {
+            undisturbed: Simulation::new(&quiet)?,
+            frames: Frames::new(&quiet),
+            deviations: Deviations::new(scenario.formation.uavs, scenario.time.rate_hz),
+        })
+    }
+
+    /// Takes the next frame of the flight, and returns that of the undisturbed flight in the same tick; `None` after its
+    /// end. A log may lack ticks; what is missing there is not compared.
+    pub fn observe(&mut self, flown: &Frame) -> Option<&Frame> {
+        while self.undisturbed.flown().is_none_or(|tick| tick.0 < flown.tick) {
+            let goes_on = self.undisturbed.step();
+            self.frames.take(&self.undisturbed);
+            if !goes_on {
+                break;
+            }
+        }
+        let undisturbed = Some(self.frames.latest()).filter(|frame| frame.tick == flown.tick)?;
+        self.deviations.observe(flown, undisturbed);
+        Some(undisturbed)
+    }
+
+    /// What the faults have cost so far.
+    pub fn summary(&self) -> Deviation {
+        self.deviations.summary()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::flight::{Outcome, fly, fly_beside_baseline};
+    use ringwing_scenario::{Scenario, Setting, Source};
+
+    /// A flight of the resilient law under the faults of `sentences`.
+    fn flown(duration_s: f64, sentences: &[&str]) -> Outcome {
+        fly_beside_baseline(&scenario(duration_s, sentences)).unwrap()
+    }
+
+    fn scenario(duration_s: f64, sentences: &[&str]) -> Scenario {
+        let law = Setting::parse("control.law=resilient").unwrap();
+        let mut scenario = Scenario::read(&Source::find("dropout").unwrap(), &[law]).unwrap();
+        scenario.time.duration_s = duration_s;
+        scenario.faults = sentences.iter().map(|text| text.parse().unwrap()).collect();
+        scenario
+    }
+
+    #[test]
+    fn a_flight_without_faults_deviates_by_nothing() {
+        let cost = flown(5.0, &[]).deviation.unwrap();
+        assert_eq!((cost.peak_m, cost.area_m_s, cost.back_s), (Some(0.0), 0.0, Some(0.0)));
+    }
+
+    #[test]
+    fn a_freeze_costs_the_frozen_uav_most_and_the_swarm_flies_as_before_after_it() {
+        let cost = flown(60.0, &["at 25 s freeze uav 3 for 3 s"]).deviation.unwrap();
+        let [peak_m, back_s] = [cost.peak_m.unwrap(), cost.back_s.unwrap()];
+        let three = &cost.uavs[2];
+        assert_eq!(three.peak_m, Some(peak_m), "{cost:?}");
+        assert!(peak_m > 5.0 && back_s > 1.0 && back_s < 30.0, "{cost:?}");
+        assert!(three.left_s.unwrap() > 25.0, "no deviation before the fault: {cost:?}");
+    }
+
+    #[test]
+    fn a_loss_that_closes_the_ring_moves_the_others_for_good() {
+        let cost = flown(45.0, &["at 25 s kill uav 3"]).deviation.unwrap();
+        assert_eq!(cost.back_s, None);
+        assert!(cost.uavs.iter().all(|uav| uav.left_s.is_none_or(|left_s| left_s >= 25.0)), "{cost:?}");
+        assert!(cost.peak_m.unwrap() > 1.0 && cost.area_m_s > 10.0, "{cost:?}");
+    }
+
+    #[test]
+    fn the_baseline_changes_nothing_about_the_flight() {
+        let scenario = scenario(30.0, &["at 25 s freeze uav 3 for 3 s"]);
+        let (beside, alone) = (fly_beside_baseline(&scenario).unwrap(), fly(&scenario).unwrap());
+        assert_eq!(beside.payload_hash(), alone.payload_hash());
+        assert_eq!((beside.summary, alone.deviation), (alone.summary, None));
+    }
+
+    #[test]
+    fn a_flight_whose_world_ends_is_measured_up_to_there() {
+        let cost = flown(30.0, &["at 2 s freeze uav 3 for 1 s", "at 5 s kill world"]).deviation.unwrap();
+        assert!(cost.peak_m.unwrap() > 0.0 && cost.uavs.iter().all(|uav| uav.peak_time_s < Some(5.0)));
+    }
+}
