@@ -231,6 +231,25 @@ fn a_sweep_of_a_billion_cells_asks_for_confirmation() {
 }
 
 #[test]
+fn a_sweep_that_begins_anew_leaves_the_results_of_one_that_still_flies() {
+    let folder = tempfile::tempdir().unwrap();
+    finished(sweep(folder.path(), "one", "--axis loss=10 --seeds 1"), 0);
+    let flights = fs::File::open(folder.path().join("one/flights.csv")).unwrap();
+    // This process stands in for the other sweep.
+    flights.try_lock().unwrap();
+    let output = finished(sweep(folder.path(), "one", "--axis loss=10 --seeds 1 --fresh"), 1);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("another process writes these flights"), "{message}");
+    assert!(
+        ["sweep.json", "cells.csv", "flights.csv"].iter().all(|name| folder
+            .path()
+            .join("one")
+            .join(name)
+            .exists())
+    );
+}
+
+#[test]
 fn two_laws_and_two_sweeps_are_compared() {
     let folder = tempfile::tempdir().unwrap();
     let arguments = "--axis control.law=paper,resilient --axis loss=10 --seeds 3";
@@ -243,6 +262,14 @@ fn two_laws_and_two_sweeps_are_compared() {
     let output = ringwing().args(["sweep", "compare", "--by", "control.law"]).arg(&one).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(text.starts_with("0 of 2 cells differ by more than chance between control.law paper"), "{text}");
+    // The axis goes first, so the last cell has its first value again.
+    let arguments =
+        "--axis control.law=paper,resilient --axis loss=10,20 --combination one-at-a-time --seeds 2";
+    finished(sweep(folder.path(), "in-turn", arguments), 0);
+    let by = ["sweep", "compare", "--by", "control.law", "in-turn"];
+    let output = ringwing().args(by).current_dir(folder.path()).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(text.contains("between control.law paper and control.law resilient"), "{text}");
     let output = ringwing()
         .args(["sweep", "compare", "--json"])
         .arg(&one)

@@ -5,7 +5,7 @@
 use super::HuntArgs;
 use crate::{WrongUsage, sweep::build};
 use ringwing_study::{
-    files::{ResultsError, replace},
+    files::{ResultsError, refuse_if_in_use, replace},
     hunt::{FlightFile, Goal, Hunt, Strategy},
 };
 use serde_json::json;
@@ -65,6 +65,10 @@ impl Folder {
         // In a folder that is not a hunt's, files of these names are somebody else's.
         if !self.definition().exists() {
             return Ok(());
+        }
+        let flights = self.0.join(FLIGHTS);
+        if flights.exists() {
+            refuse_if_in_use(&flights)?;
         }
         // The definition goes last: as long as it is there, a removal that was cut short can be done again.
         for name in [FLIGHTS, WORST, DEFINITION] {

@@ -6,7 +6,7 @@ mod folder;
 mod progress;
 mod report;
 
-use crate::{FAILED, WrongUsage, output, shrink};
+use crate::{FAILED, WrongUsage, config, output, shrink};
 use folder::Folder;
 use progress::Progress;
 use report::Report;
@@ -22,7 +22,6 @@ use std::{
     num::NonZero,
     path::PathBuf,
     process::ExitCode,
-    thread,
     time::{Duration, Instant},
 };
 
@@ -88,7 +87,7 @@ pub(crate) fn run(args: &HuntArgs) -> anyhow::Result<ExitCode> {
     let file = folder.flights(&hunt.goal)?;
     let progress = Progress::new(&hunt, &args.limits(), file.before(), args.json);
     let is_late = || args.time.is_some_and(|time| begin.elapsed() >= time);
-    let crew = Crew { jobs: args.jobs(), fly: simulate, stops: || stop.is_set() || is_late() };
+    let crew = Crew { jobs: config::jobs(args.jobs), fly: simulate, stops: || stop.is_set() || is_late() };
     let hunted = fly_all(&hunt, file, args.limits(), &crew, |search| progress.show(search));
     progress.finish();
     let hunted = hunted?;
@@ -140,10 +139,6 @@ impl HuntArgs {
 
     fn limits(&self) -> Limits {
         Limits { flights: self.flights.get(), patience: self.patience.get() }
-    }
-
-    fn jobs(&self) -> usize {
-        self.jobs.map_or_else(|| thread::available_parallelism().map_or(1, NonZero::get), NonZero::get)
     }
 
     /// The worst flight, made small; `None` if nothing was found.

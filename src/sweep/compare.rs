@@ -91,21 +91,31 @@ fn compare_values(args: &CompareArgs, read: &Read, axis: &str) -> anyhow::Result
     let place = axes.iter().position(|name| *name == axis);
     let place = place
         .ok_or_else(|| WrongUsage(format!("--by {axis}: the axes of this sweep are {}", axes.join(", "))))?;
-    // In a whole grid or zip, the first cell has the first value of every axis and the last cell the last one.
-    let values = read.cells.first().zip(read.cells.last());
-    let Some((first, last)) =
-        values.map(|(first, last)| (first.values[place].clone(), last.values[place].clone()))
+    // The values are those of the sweep, and not those of its first and last cell: a sweep that goes on with one axis after
+    // another has neither there, and one that was interrupted has flown only some.
+    let (Some(first), Some(last)) = (axis_values(read, place).first(), axis_values(read, place).last())
     else {
-        return Err(WrongUsage("this sweep has no flights yet".into()).into());
+        let message =
+            format!("--by {axis}: its values are drawn at random: choose an axis with listed values");
+        return Err(WrongUsage(message).into());
     };
-    let of = |value: &str| -> Vec<Cell> {
-        read.cells.iter().filter(|cell| cell.values[place] == value).cloned().collect()
+    let of = |value: &str| -> anyhow::Result<Vec<Cell>> {
+        let cells: Vec<_> = read.cells.iter().filter(|cell| cell.values[place] == value).cloned().collect();
+        if cells.iter().all(|cell| cell.flights == 0) {
+            return Err(WrongUsage(format!("--by {axis}: no flights with the value {value} yet")).into());
+        }
+        Ok(cells)
     };
     let others: Vec<usize> = (0..axes.len()).filter(|other| *other != place).collect();
     let names: Vec<&str> = others.iter().map(|other| axes[*other]).collect();
-    let (one, other) = (of(&first), of(&last));
+    let (one, other) = (of(first)?, of(last)?);
     let differences = compare(Side { cells: &one, axes: &others }, Side { cells: &other, axes: &others });
     report(args, &names, &[format!("{axis} {first}"), format!("{axis} {last}")], &differences)
+}
+
+/// The listed values of the axis at `place`.
+fn axis_values(read: &Read, place: usize) -> &[String] {
+    read.manifest.sweep.design.axes[place].listed()
 }
 
 fn report(

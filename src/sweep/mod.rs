@@ -18,11 +18,11 @@ use ringwing_bus::StopFlag;
 use ringwing_scenario::Scenario;
 use ringwing_study::{
     Outcome,
-    files::ResultsError,
+    files::{ResultsError, refuse_if_in_use},
     fly, fly_beside_baseline,
     sweep::{
-        Columns, Crew, Definition, FlightId, Ledger, Manifest, Row, RowFile, Shard, Tally, check, flight_of,
-        flights_file, run as fly_all,
+        Columns, Crew, DEFINITION, Definition, FlightId, Ledger, Manifest, Row, RowFile, Shard, Tally, check,
+        flight_of, flights_file, run as fly_all,
     },
 };
 use std::{fs, path::Path, process::ExitCode};
@@ -172,13 +172,19 @@ fn check_same(folder: &Path, manifest: &Manifest, before: &Manifest) -> Result<(
 /// Removes what earlier sweeps have written into `folder`, and nothing else.
 fn remove_results(folder: &Path) -> anyhow::Result<()> {
     // In a folder that is not a sweep's, files of these names are somebody else's.
-    if !folder.join("sweep.json").exists() {
+    if !folder.join(DEFINITION).exists() {
         return Ok(());
     }
     let error = |source| ResultsError::File { path: folder.to_owned(), what: "read", source };
     let entries = fs::read_dir(folder).map_err(error)?;
-    for path in entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| is_result(path.as_path()))
-    {
+    let mut paths: Vec<_> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    paths.retain(|path| is_result(path));
+    for path in paths.iter().filter(|path| path.extension().is_some_and(|ending| ending == "csv")) {
+        refuse_if_in_use(path)?;
+    }
+    // The manifest goes last: as long as it is there, a removal that was cut short can be done again.
+    paths.sort_by_key(|path| path.ends_with(DEFINITION));
+    for path in paths {
         fs::remove_file(&path).map_err(|source| ResultsError::File { path, what: "removed", source })?;
     }
     Ok(())
@@ -189,7 +195,7 @@ fn is_result(path: &Path) -> bool {
     let is_numbered = |before: &str, after: &str| {
         name.strip_prefix(before).is_some_and(|rest| rest.strip_suffix(after).is_some())
     };
-    ["sweep.json", "cells.csv", "index.html", "flights.csv", "flights.parquet"].contains(&name)
+    [DEFINITION, "cells.csv", "index.html", "flights.csv", "flights.parquet"].contains(&name)
         || is_numbered("flights.", ".csv")
         || is_numbered("map-", ".svg")
 }

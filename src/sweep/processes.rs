@@ -7,7 +7,7 @@ use ringwing_recorder::metrics::{Deviation, FlightSummary};
 use ringwing_scenario::Scenario;
 use ringwing_study::Outcome;
 use serde::Deserialize;
-use std::{env, fs, io, process::Command};
+use std::{fs, io, process::Command};
 
 /// What a flight of a sweep takes from the summary of a run.
 #[derive(Deserialize)]
@@ -53,7 +53,8 @@ fn launch(scenario: &Scenario, with_baseline: bool) -> io::Result<std::process::
     let folder = tempfile::tempdir()?;
     let file = folder.path().join("scenario.toml");
     fs::write(&file, scenario.to_toml())?;
-    let mut command = Command::new(env::current_exe()?);
+    // The link stays good if the file of this program is replaced during the sweep.
+    let mut command = Command::new("/proc/self/exe");
     // A baseline is compared with the log. Without a log there still is a recorder that measures, and a row needs no more.
     let measured = if with_baseline { "--baseline" } else { "--no-record" };
     command.arg("run").arg(&file).args([measured, "--json", "--out"]).arg(folder.path());

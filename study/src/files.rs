@@ -66,6 +66,20 @@ pub fn replace(
     written.map_err(ResultsError::file(path, "written"))
 }
 
+/// Refuses to touch the table at `path` while another process appends to it.
+///
+/// # Errors
+/// Another process has it, or it cannot be opened.
+pub fn refuse_if_in_use(path: &Path) -> Result<(), ResultsError> {
+    lock(&File::open(path).map_err(ResultsError::file(path, "opened"))?, path)
+}
+
+/// Locks an open table against other processes. The lock goes with the file, and so with the process, however it ends.
+fn lock(file: &File, path: &Path) -> Result<(), ResultsError> {
+    let why = "another process writes these flights: wait for it, or choose another folder with --out";
+    file.try_lock().map_err(|_| ResultsError::other(path, why))
+}
+
 /// A table of CSV that is open for appending, and locked against other processes.
 pub(crate) struct LineFile {
     path: PathBuf,
@@ -82,13 +96,7 @@ impl LineFile {
     ) -> Result<Self, ResultsError> {
         let file = OpenOptions::new().read(true).append(true).create(true).open(path);
         let file = file.map_err(ResultsError::file(path, "opened"))?;
-        // The lock goes with the process, however it ends.
-        if file.try_lock().is_err() {
-            return Err(ResultsError::other(
-                path,
-                "another process writes these flights: wait for it, or choose another folder with --out",
-            ));
-        }
+        lock(&file, path)?;
         let mut lines = Self { path: path.to_owned(), file };
         let end = scan_lines(&lines.file, path, header, each)?;
         lines.file.set_len(end).map_err(ResultsError::file(path, "shortened"))?;

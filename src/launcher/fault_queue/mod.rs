@@ -72,6 +72,8 @@ pub(super) struct LiveRequest<R> {
 #[derive(Debug)]
 struct AcceptedRequest<R> {
     reply: R,
+    /// The number of the fault among those of the run.
+    number: u32,
     fault: Fault,
     /// What the user should know about it.
     warning: Option<String>,
@@ -233,11 +235,10 @@ impl<'a, R> FaultQueue<'a, R> {
     /// Notes that `scheduled` is refused. `why` is a predicate of its process, such as "is gone already". Returns the
     /// event to log.
     pub(super) fn note_refused(&mut self, scheduled: ScheduledAction, why: &str) -> Event {
-        let ScheduledAction { part, sentence, .. } = scheduled;
-        for request in &mut self.accepted {
-            if request.fault.action.to_string() == sentence {
-                request.refusals.push(format!("{part} {why}"));
-            }
+        let ScheduledAction { number, part, sentence, .. } = scheduled;
+        // Two requests may have the same sentence, so only the number tells whose action this is.
+        for request in self.accepted.iter_mut().filter(|request| request.number == number) {
+            request.refusals.push(format!("{part} {why}"));
         }
         Event::FaultRefused { part: Some(part), why: why.into(), sentence }
     }
@@ -288,7 +289,8 @@ impl<'a, R> FaultQueue<'a, R> {
         let event = Event::FaultRequested { sentence: fault.to_string() };
         self.faults.push(fault.clone());
         self.enqueue(&fault);
-        self.accepted.push(AcceptedRequest { reply: request.reply, fault, warning, refusals: Vec::new() });
+        let (number, refusals) = (self.newest_number(), Vec::new());
+        self.accepted.push(AcceptedRequest { reply: request.reply, number, fault, warning, refusals });
         Ok(event)
     }
 
@@ -353,13 +355,17 @@ impl<'a, R> FaultQueue<'a, R> {
         if let Action::Heal(_) = fault.action {
             events.extend(self.announce_healing());
         }
-        // Faults are numbered from 1, and the new one is the last already, so the count is its number.
-        let number = self.faults.len() as u32;
+        let number = self.newest_number();
         let actions = alone.scheduled_actions().into_iter();
         self.due.extend(actions.map(|scheduled| ScheduledAction { number, ..scheduled }));
         self.due.make_contiguous().sort_by_key(|scheduled| scheduled.tick);
         self.announcements.extend(events.into_iter().map(|event| Announcement { event, is_live: true }));
         self.announcements.make_contiguous().sort_by_key(|one| one.event.tick);
+    }
+
+    /// The number of the fault that was added last. Faults are numbered from 1, so it is their count.
+    fn newest_number(&self) -> u32 {
+        self.faults.len() as u32
     }
 
     /// A line for each fault that is in force at `now` or still to come.

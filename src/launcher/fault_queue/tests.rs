@@ -202,6 +202,24 @@ fn what_is_refused_of_a_request_is_told_to_the_one_who_asked() {
 }
 
 #[test]
+fn of_two_requests_with_the_same_sentence_each_learns_of_its_own_refusals() {
+    let scenario = scenario(&[], Pace::Lockstep);
+    let mut queue = FaultQueue::new(&scenario);
+    accept(&mut queue, "kill uav 2", Tick(100));
+    accept(&mut queue, "kill uav 2", Tick(100));
+    let mut batch = queue.take_batch(Tick(100), |_, _| false);
+    queue.note_applied(batch.remove(0));
+    queue.finish_batch(|_, _| true).unwrap();
+    let second = queue.take_batch(Tick(100), |_, _| true).remove(0);
+    queue.note_refused(second, "is gone already");
+    let answers = queue.release(Tick(100)).into_iter().map(|(_, answer)| answer);
+    assert_eq!(
+        answers.collect::<Vec<_>>(),
+        ["tick 100, 1.00 s: kill uav 2", "refused: uav 2 is gone already (tick 100, 1.00 s: kill uav 2)"]
+    );
+}
+
+#[test]
 fn a_request_in_real_time_begins_after_a_notice_and_is_answered_then() {
     let scenario = scenario(&[], Pace::RealTime);
     let mut queue = FaultQueue::new(&scenario);

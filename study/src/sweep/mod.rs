@@ -34,7 +34,7 @@ pub use ledger::{FlightId, Ledger, Next};
 pub use maps::{Map, draw_maps};
 pub use page::{command, page};
 pub use parquet::write_parquet;
-pub use results::{RowFile, flight_of, flights_file, read_cells, read_rows, sort_rows};
+pub use results::{DEFINITION, RowFile, flight_of, flights_file, read_cells, read_rows, sort_rows};
 pub use row::{Columns, Row};
 pub use runner::{Crew, Tally, run};
 pub use shard::Shard;

@@ -21,7 +21,7 @@ use std::{
 };
 
 /// The definition's file in the folder of a sweep.
-const DEFINITION: &str = "sweep.json";
+pub const DEFINITION: &str = "sweep.json";
 
 impl Manifest {
     /// Reads the manifest of the sweep in `folder`; `None` if the folder has no manifest.
