@@ -7,7 +7,7 @@ use super::{
     flight::{LoggedFlight, ShownEvent, UavColumns},
 };
 use ringwing_drawing::animation::{Animation, Caption, Disc, Mover, Place};
-use ringwing_flight::{IntruderId, Pose, Route, direction};
+use ringwing_flight::{IntruderId, Pose, Route};
 use ringwing_scenario::{IntruderSection, ObstacleSection};
 
 /// Frames of the picture. More make the file longer; with fewer, turns become corners.
@@ -52,11 +52,17 @@ fn leader(flight: &LoggedFlight, tick: usize) -> (f64, f64) {
     let seen = |tick: usize| {
         Some(((*flight.leader_x_m.get(tick)?)?, (*flight.leader_y_m.get(tick)?)?, *flight.times_s.get(tick)?))
     };
-    let from = &flight.scenario.leader;
-    let (x, y, at_s) = (0..=tick).rev().find_map(seen).unwrap_or((from.start_m[0], from.start_m[1], 0.0));
-    let since_s = flight.times_s.get(tick).map_or(0.0, |now_s| now_s - at_s);
-    let flown = direction(from.heading_deg.to_radians()) * (from.speed_m_s * since_s);
-    (x + flown.x, y + flown.y)
+    let path = flight.scenario.leader_path();
+    let planned = |time_s: f64| path.at(time_s).pose.position;
+    let now_s = flight.times_s.get(tick).copied().unwrap_or_default();
+    let there = planned(now_s);
+    // A leader that was paused is behind its plan, and stays behind by as much.
+    let behind = (0..=tick).rev().find_map(seen).map(|(x, y, at_s)| {
+        let then = planned(at_s);
+        (x - then.x, y - then.y)
+    });
+    let (x, y) = behind.unwrap_or_default();
+    (there.x + x, there.y + y)
 }
 
 /// The UAVs, and what flies by itself.

@@ -4,7 +4,7 @@
 
 use ringwing_flight::{Level, Tick, TimedEvent};
 use ringwing_recorder::metrics::{Frame, Moment};
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{ObstacleSection, Scenario};
 use std::collections::VecDeque;
 
 /// Pictures that a course over time remembers. More than a terminal has columns are never shown.
@@ -98,6 +98,8 @@ pub(super) struct ShownEvent {
 /// The flight as it is shown.
 pub(super) struct Model {
     scenario: Scenario,
+    /// All obstacles, those of drawn fields as well.
+    obstacles: Vec<ObstacleSection>,
     /// Whether the terminal shows colours.
     pub(super) is_coloured: bool,
     frame: Option<Frame>,
@@ -118,6 +120,8 @@ impl Model {
     /// A flight of `scenario` that nothing is known of yet.
     pub(super) fn new(scenario: Scenario, is_coloured: bool) -> Self {
         Self {
+            // Drawing a field takes longer than drawing a picture, so do it once.
+            obstacles: scenario.all_obstacles(),
             scenario,
             is_coloured,
             frame: None,
@@ -246,6 +250,11 @@ impl Model {
             |tick| format!("tick {tick}, {:.2} s was the last one seen", self.seconds(tick)),
         );
         if self.is_over { format!("the run is over; {seen}") } else { seen }
+    }
+
+    /// All obstacles, those of drawn fields as well.
+    pub(super) fn obstacles(&self) -> &[ObstacleSection] {
+        &self.obstacles
     }
 
     /// The scenario that is flown.

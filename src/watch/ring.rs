@@ -11,6 +11,7 @@ use ratatui::{
     text::Span,
     widgets::canvas::{Canvas, Circle, Context, Line, Points},
 };
+use ringwing_flight::{Tick, direction};
 use ringwing_recorder::{
     metrics::{Frame, TrueState},
     show::palette,
@@ -75,10 +76,7 @@ fn paint(context: &mut Context, frame: &Frame, model: &Model, window: &Window) {
     let paint = Paint::of(model);
     let [x, y] = window.centre;
     context.draw(&Circle { x, y, radius: window.radius_m, color: paint.rgb(palette::QUIET) });
-    for obstacle in &model.scenario().obstacles {
-        let ([x, y], radius) = (obstacle.position_m, obstacle.radius_m);
-        context.draw(&Circle { x, y, radius, color: paint.rgb(palette::ALARM) });
-    }
+    paint_world(context, Tick(frame.tick), model, window, paint);
     let slots: Vec<(f64, f64)> =
         frame.uavs.iter().filter_map(|uav| uav.commanded()?.slot_m).map(|[x, y]| (x, y)).collect();
     context.draw(&Points { coords: &slots, color: paint.rgb(palette::BRIGHT) });
@@ -95,13 +93,71 @@ fn paint(context: &mut Context, frame: &Frame, model: &Model, window: &Window) {
     }
 }
 
+/// Obstacles and intruders, where they are at `now`.
+fn paint_world(context: &mut Context, now: Tick, model: &Model, window: &Window, paint: Paint) {
+    let time_s = now.seconds(model.scenario().time.rate_hz);
+    let color = paint.rgb(palette::ALARM);
+    for obstacle in model.obstacles() {
+        let centre = obstacle.route().at(time_s).pose.position;
+        context.draw(&Circle { x: centre.x, y: centre.y, radius: obstacle.radius_m, color });
+    }
+    for intruder in &model.scenario().intruders {
+        let pose = intruder.route().at(time_s).pose;
+        paint_heading(
+            context,
+            pose.position.into(),
+            pose.heading_rad,
+            window.radius_m * HEADING_SHARE,
+            color,
+        );
+        context.print(pose.position.x, pose.position.y, Span::styled("x", paint.bad()));
+    }
+}
+
 fn paint_uav(context: &mut Context, state: &TrueState, length_m: f64, color: Color) {
-    let (sin, cos) = state.heading_rad.sin_cos();
-    let (x1, y1) = (state.x_m, state.y_m);
-    context.draw(&Line { x1, y1, x2: x1 + length_m * cos, y2: y1 + length_m * sin, color });
+    paint_heading(context, [state.x_m, state.y_m], state.heading_rad, length_m, color);
+}
+
+fn paint_heading(context: &mut Context, [x1, y1]: [f64; 2], heading_rad: f64, length_m: f64, color: Color) {
+    let along = direction(heading_rad);
+    context.draw(&Line { x1, y1, x2: x1 + length_m * along.x, y2: y1 + length_m * along.y, color });
 }
 
 fn name(state: &TrueState, paint: Paint) -> Span<'static> {
     let style = if state.is_commanded() { paint.uav(state.uav) } else { paint.bad() };
     Span::styled(state.uav.to_string(), style)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ratatui::{Terminal, backend::TestBackend};
+    use ringwing_scenario::{Scenario, Setting, Source};
+    use ringwing_simulation::{Frames, Simulation};
+
+    /// The swarm from above after this many seconds.
+    fn picture(settings: &[&str], seconds: f64) -> String {
+        let settings: Vec<_> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+        let scenario = Scenario::read(&Source::find("paper-4.1").unwrap(), &settings).unwrap();
+        let mut model = Model::new(scenario.clone(), false);
+        let metrics = ringwing_recorder::Metrics::new(&scenario);
+        let (mut simulation, mut frames) = (Simulation::new(&scenario).unwrap(), Frames::new(&scenario));
+        while simulation.step() && simulation.now().seconds(scenario.time.rate_hz) < seconds {
+            if let Some(frame) = frames.take(&simulation) {
+                model.take(frame, metrics.moment(), &[], None);
+            }
+        }
+        let mut terminal = Terminal::new(TestBackend::new(60, 30)).unwrap();
+        terminal.draw(|picture| draw(picture, picture.area(), &model)).unwrap();
+        terminal.backend().to_string()
+    }
+
+    #[test]
+    fn an_intruder_is_where_it_is_by_now() {
+        // It flies past the leader's start from west to east, and is gone after a second.
+        let intruder = ["intruders=[{position_m=[0,20],heading_deg=0,speed_m_s=300}]", "time.duration_s=3"];
+        assert!(picture(&intruder, 0.2).contains('x'));
+        assert!(!picture(&intruder, 2.0).contains('x'));
+        assert!(!picture(&intruder[1..], 0.2).contains('x'));
+    }
 }

@@ -34,9 +34,7 @@ pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
     FlightFigure {
         name: "trajectories".into(),
         title: format!("Trajectories{}", paper(flight, "Fig. 3 and 6")),
-        caption:
-            "Grey: the formation as it is flown, at five moments with their times. Arrows show headings, crosses collisions."
-            .into(),
+        caption: caption(flight).into(),
         table: Table::new(&times(flight), columns.chain(leader)),
         is_over_time: false,
         chart: Chart {
@@ -48,6 +46,15 @@ pub(super) fn trajectories(flight: &LoggedFlight) -> FlightFigure {
             marks: marks(flight),
             ..Chart::default()
         },
+    }
+}
+
+fn caption(flight: &LoggedFlight) -> &'static str {
+    if flight.uavs.len() <= DRAWN_UAVS {
+        "Grey: the formation as it is flown, at five moments with their times. Arrows show headings, crosses collisions."
+    } else {
+        "Grey: the formation as it is flown, at five moments with their times, once everybody is near the slot. Crosses show \
+         collisions."
     }
 }
 
@@ -90,6 +97,10 @@ fn moments(flight: &LoggedFlight) -> impl Iterator<Item = usize> {
 /// The line through the UAVs that fly on command at a tick, in the order of their slots; closed where the shape goes round
 /// its centre.
 fn formation(flight: &LoggedFlight, tick: usize) -> Vec<Option<(f64, f64)>> {
+    // Lines between dozens of UAVs that are still on their way to their slots would hide the trajectories.
+    if flight.uavs.len() > DRAWN_UAVS && !is_formed(flight, tick) {
+        return Vec::new();
+    }
     let time_s = flight.times_s.get(tick).copied().unwrap_or_default();
     let ring = flight.scenario.ring_at(flight.scenario.tick_at(time_s));
     let in_order = ring.in_formation().map(|number| &flight.uavs[UavId(number).index()]);
@@ -99,6 +110,15 @@ fn formation(flight: &LoggedFlight, tick: usize) -> Vec<Option<(f64, f64)>> {
         line.extend(line.first().copied());
     }
     line
+}
+
+/// Whether every UAV that flies on command is nearer to its slot than the slots are to each other.
+fn is_formed(flight: &LoggedFlight, tick: usize) -> bool {
+    flight.uavs.iter().all(|uav| {
+        let error_m = uav.slot_error_m.get(tick).copied().flatten();
+        uav.commanded.get(tick) != Some(&true)
+            || error_m.is_some_and(|error_m| error_m < flight.scenario.formation.spacing_m)
+    })
 }
 
 fn place(uav: &UavColumns, tick: usize) -> Option<(f64, f64)> {
