@@ -217,8 +217,8 @@ impl Model {
 
     /// Shows `text` until the next notice.
     pub(super) fn set_notice(&mut self, text: &str) {
-        // The notice has one row of the terminal, and errors may have several lines.
-        text.lines().next().unwrap_or_default().clone_into(&mut self.notice);
+        // The notice has one row of the terminal, and the answer to a fault may have a warning in its second line.
+        self.notice = text.lines().collect::<Vec<_>>().join("; ");
     }
 
     /// The last notice.
