@@ -1,8 +1,10 @@
 """Read, fly and sweep ringwing's swarm flights.
 
-``Log`` reads what a flight has recorded into NumPy columns. ``run`` flies one scenario, ``sweep`` flies it at many values of
-some axes. ``Controller`` is a control law of your own, which ``fly`` or the command ``ringwing`` flies. Positions are in metres in the local frame (x east, y north), angles in radians, counterclockwise from the x axis, and
-times in seconds of simulated time; the name of every column ends with its SI unit.
+``Log`` reads the log of a flight into NumPy columns. ``run`` flies one scenario. ``sweep`` flies a scenario many times, with different
+values and seeds. Derive from ``Controller`` to write your own control law; ``fly`` or the command ``ringwing`` flies it.
+
+Positions are in metres in the local frame (x east, y north). Angles are in radians, counterclockwise from the x axis. Times are in
+seconds of simulated time. The name of every column ends with its SI unit.
 """
 
 from ._controller import Controller, Start, fly, main
@@ -27,7 +29,7 @@ from ._run import Run, ScenarioWarning, run
 from ._sweep import Sweep, sweep
 from ._table import Table
 
-#: The version of ringwing that reads and flies.
+#: The version of ringwing in this package.
 version: str = VERSION
 __version__ = version
 

@@ -1,4 +1,4 @@
-"""Flights by the command ``ringwing``, which starts a process for each part of a run."""
+"""Flies with the command ``ringwing``, which starts a process for each part of a run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WRONG = 2
 
 
 def find_command() -> str:
-    """The command ``ringwing``: what the environment variable ``RINGWING`` names, or what is on the path."""
+    """Finds the command ``ringwing``: the one that the environment variable ``RINGWING`` names, or else the one on the path."""
     named = os.environ.get("RINGWING")
     found = shutil.which(named or "ringwing")
     if found is None:
@@ -53,13 +53,13 @@ def fly_processes(
 
 
 def _call(words: list[str]) -> tuple[int, str, str]:
-    # A user's defaults count on the command line only: a script flies what it says, with or without processes.
+    # Ignore the user's ``ringwing.toml``: otherwise a flight with processes could differ from the same flight in the simulation.
     environment = {**os.environ, "RINGWING_CONFIG": ""}
     child = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     try:
         text, errors = child.communicate()
     except KeyboardInterrupt:
-        # A terminal has told the child as well; a notebook has not. A second signal would change nothing.
+        # A terminal sends Ctrl-C to the child as well, but a notebook does not. A second signal changes nothing.
         child.send_signal(signal.SIGINT)
         child.communicate()
         raise

@@ -1,4 +1,4 @@
-"""Control laws of your own, for some or all UAVs of a flight."""
+"""Your own control laws, for some or all UAVs of a flight."""
 
 from __future__ import annotations
 
@@ -18,49 +18,50 @@ from ._scenario import sentences, settings
 
 
 class Start:
-    """What a controller may know before the flight."""
+    """What a controller gets before the flight."""
 
     def __init__(self, uav: int, scenario: str, arguments: list[str]) -> None:
-        #: The UAV that it will fly, from 1.
+        #: The number of the UAV that the controller will fly, from 1.
         self.uav = uav
-        #: The arguments of the program that are its own; empty in ``fly``.
+        #: The arguments that you gave the program, without those that ringwing adds; empty in ``fly``.
         self.arguments = arguments
         self._scenario = scenario
 
     @cached_property
     def scenario(self) -> dict[str, Any]:
-        """The whole scenario, as in the log: ``start.scenario["formation"]["spacing_m"]``."""
+        """The whole scenario, as in the log. For example, ``start.scenario["formation"]["spacing_m"]`` is L."""
         value: dict[str, Any] = json.loads(self._scenario)
         return value
 
 
 class Controller:
-    """A control law for one UAV. Derive from it, and write ``step``.
+    """A control law for one UAV. Derive from this class and write ``step``.
 
-    Each UAV has a controller of its own. An agent that is killed and started again begins with a new one.
+    Each UAV has its own controller object. If an agent is killed and started again, it begins with a new one.
     """
 
     def __init__(self, start: Start) -> None:
-        """Begins with what is known before the flight. A class with an ``__init__`` of its own takes the same argument."""
+        """Called before the flight. If your class has its own ``__init__``, it must take the same argument."""
 
     def step(self, situation: Situation) -> Wish:
         """Decides what to fly until the next tick.
 
-        It is called once a tick, in order of ticks, except in ticks in which the agent does not know where its UAV is or was frozen. In
-        lockstep, a flight repeats to the bit if the same situations in the same order give the same wishes.
+        ringwing calls this once per tick, in the order of the ticks. It leaves out ticks in which the agent does not know where its UAV
+        is, or was frozen. In lockstep, a flight repeats bit for bit if ``step`` returns the same wishes for the same sequence of
+        situations.
         """
         raise NotImplementedError(f"{type(self).__name__} has no step")
 
 
-#: Makes the controller of a UAV: a class, or any function of a ``Start``.
+#: Creates the controller of a UAV: a class, or any function that takes a ``Start``.
 MakeController = Callable[[Start], Controller]
 
 
 def main(make: MakeController) -> None:
-    """Flies one UAV until the flight ends; the last line of a program that ringwing starts.
+    """Flies one UAV until the flight ends. Call it in the last line of a program that ringwing starts.
 
-    ``ringwing run paper-4.1 --agent "3=python3 mine.py"`` starts such a program and tells it in its arguments which UAV of which run it
-    flies. An exception in the controller is printed and ends the program: its UAV goes into its failsafe.
+    ``ringwing run paper-4.1 --agent "3=python3 mine.py"`` starts such a program. The arguments that ringwing adds say which UAV of which
+    run it flies. If the controller raises an exception, the program prints it and ends, and the UAV goes into its failsafe.
 
     Raises:
         AgentError: The program cannot take part in the run.
@@ -77,22 +78,22 @@ def fly(
     record: bool = True,
     out: str | os.PathLike[str] = "runs",
 ) -> Run:
-    """Flies a simulation in this process, in which controllers in Python fly some or all UAVs.
+    """Flies a simulation in this process. Controllers in Python fly some or all UAVs.
 
-    The flight equals one in which a process flies each of these UAVs with the same controller, to the bit. An exception of a controller
-    ends the flight and comes out of this call.
+    The flight is identical, bit for bit, to one in which each of these UAVs has a process with the same controller. If a controller
+    raises an exception, the flight ends and ``fly`` raises that exception.
 
     Args:
         scenario: Name of a preset, such as ``"dropout"``, or the path of a scenario file.
-        controllers: For each UAV that does not fly the built-in law, what makes its controller: ``{3: Mine}``. A class or function alone
-            is for all UAVs.
+        controllers: For each UAV that does not fly the built-in law, the class or function that creates its controller: ``{3: Mine}``.
+            If you give a class or function without a number, it creates the controllers of all UAVs.
         set: Keys of the scenario with their values: ``{"seed": 7, "control.law": "resilient"}``.
         faults: Sentences such as ``"at 30 s kill uav 3"``.
-        record: Write the log. Without it nothing is written.
-        out: Folder in which the run makes its own folder.
+        record: Whether to write the log. If not, nothing is written to disk.
+        out: Folder in which the run creates its own folder.
 
     Raises:
-        ScenarioError: A line for each mistake in the scenario, the keys and the faults.
+        ScenarioError: The scenario, the keys or the faults have mistakes. The message has a line for each.
         FlightError: The flight cannot begin, or its folder cannot be written.
     """
     by_uav: list[tuple[int | None, MakeController]]
@@ -107,7 +108,7 @@ def fly(
 
 
 def _name(make: MakeController) -> str:
-    """What the log calls the controller: there is no command that could start it again."""
+    """The name of the controller for the log, which otherwise has the command of the controller's program."""
     return f"{getattr(make, '__module__', '?')}.{getattr(make, '__qualname__', type(make).__name__)}"
 
 

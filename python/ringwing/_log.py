@@ -18,22 +18,22 @@ from ._table import Table, of_raw
 
 
 class LogWarning(UserWarning):
-    """A log does not show the whole flight, for instance because it is truncated."""
+    """The log does not show the whole flight, for example because it is truncated."""
 
 
 class Log:
     """A recorded flight.
 
-    Reads what ``ringwing review`` reads, and as far as that does: truncated and damaged logs, logs that other programs have sorted,
-    filtered or compressed. What is missing is in ``problems`` and raises a ``LogWarning``. Topics are read when they are first asked
-    for, and kept.
+    Reads every log that ``ringwing review`` can read, including truncated and damaged logs, and logs that other programs have sorted,
+    filtered or compressed. If something is missing, ``problems`` says what, and a ``LogWarning`` is issued. A topic is read when you
+    first use it, and then stays in memory.
 
     Args:
         path: A run's folder, the ``.mcap`` or ``.mcap.zst`` file in it, ``"latest"`` for the newest run in ``runs``, or ``"-"`` for
             standard input.
 
     Raises:
-        LogError: The file is not a log of ringwing, or holds two flights. The message names the file and says what to do.
+        LogError: The file is not a log of ringwing, or contains two flights. The message names the file and says what to do.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -45,45 +45,46 @@ class Log:
 
     @property
     def path(self) -> Path:
-        """The file."""
+        """The path of the log file."""
         return Path(self._native.path)
 
     @cached_property
     def problems(self) -> list[str]:
-        """Why the log does not show the whole flight; empty if it does. ``summary["failures"]`` also has what the ticks tell."""
+        """Why the log does not show the whole flight; empty if it does. ``summary["failures"]`` also has the problems that show
+        only when every tick is read."""
         return self._native.shortfalls()[0]
 
     @cached_property
     def notes(self) -> list[str]:
-        """What is unusual about the log, but hinders nothing."""
+        """What is unusual about the log, but does no harm."""
         return self._native.shortfalls()[1]
 
     @cached_property
     def scenario(self) -> dict[str, Any]:
-        """The scenario that was flown, with every key, as ``ringwing scenario show`` has it: ``scenario["formation"]["uavs"]``."""
+        """The scenario of the flight with every key, named as in ``ringwing scenario show``: ``scenario["formation"]["uavs"]``."""
         return _object(self._native.scenario())
 
     @cached_property
     def metadata(self) -> dict[str, dict[str, str]]:
-        """The metadata of the file, as texts: ``run`` says what flies, ``result`` how it went. The latter is empty in a log that was
-        cut."""
+        """The metadata of the file, as texts: ``run`` says what was flown, and ``result`` says how the flight ended. In a truncated log,
+        ``result`` is empty."""
         run, result = self._native.metadata()
         return {"run": run, "result": result}
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """The flight in numbers, measured again from the log: what ``ringwing review --json`` prints. A value that does not exist is
+        """The flight in numbers, measured again from the log, as ``ringwing review --json`` prints it. A value that does not exist is
         ``None``."""
         return _object(self._native.summary())
 
     @property
     def payload_hash(self) -> str | None:
-        """The hash of all payloads. Equal hashes mean equal flights. ``None`` if the world did not live to write it."""
+        """The hash of all payloads. Equal hashes mean equal flights. ``None`` if the world ended before it could write the hash."""
         return self.metadata["result"].get("world.payload_hash")
 
     @cached_property
     def uavs(self) -> list[Uav]:
-        """Every UAV, number 1 first."""
+        """All UAVs, in the order of their numbers."""
         return [Uav(self, number) for number in range(1, self._native.uavs + 1)]
 
     def uav(self, number: int) -> Uav:
@@ -94,7 +95,7 @@ class Log:
 
     @property
     def metrics(self) -> Table:
-        """The swarm at 20 Hz, a row for each moment: ``alive``, ``slot_error_max_m``, ``slot_error_rms_m``, ``neighbour_error_max_m``,
+        """Figures of the whole swarm at 20 Hz: ``alive``, ``slot_error_max_m``, ``slot_error_rms_m``, ``neighbour_error_max_m``,
         ``radius_error_max_m``, ``closest_pair_m``, ``closest_adjacent_m``, ``closest_other_m``, ``clearance_m`` (to the edge of an
         obstacle), ``order`` (1 when all headings are equal), ``lyapunov_m2`` (V of Eq. (7)), ``lyapunov_rises``,
         ``saturated_share``, ``ring_pieces``, ``age_max_s``, ``age_mean_s``, ``views``, ``ring_radius_m``, ``ring_spacing_m``."""
@@ -118,27 +119,28 @@ class Log:
 
     @property
     def events(self) -> Table:
-        """A row for each event: ``tick``, ``time_s``, ``kind`` (such as ``collision``), ``level``, ``uav`` and ``other_uav`` (0 where no UAV
-        is concerned), ``process``, ``obstacle``, ``x_m``, ``y_m``, ``sentence`` (of the fault), ``text``, and ``json`` with the whole
-        event."""
+        """One row for each event: ``tick``, ``time_s``, ``kind`` (such as ``collision``), ``level``, ``uav`` and ``other_uav`` (0 if the
+        event is not about a UAV), ``process``, ``obstacle``, ``x_m``, ``y_m``, ``sentence`` (of the fault), ``text``, and ``json`` with
+        the whole event."""
         return self.topic("/events")
 
     @property
     def faults(self) -> Table:
-        """What is wrong, on change and at 1 Hz: ``lost``, ``frozen``, ``failsafe``, ``collided`` count processes and UAVs, ``asked`` the faults
-        in force; ``lost_names`` and so on are tuples of their names, ``asked_sentences`` of the faults' sentences."""
+        """Faults and their effects, one row on each change and one per second. ``lost``, ``frozen``, ``failsafe`` and ``collided`` count
+        processes and UAVs; ``lost_names`` and so on are tuples of their names. ``asked`` counts the faults in force, and
+        ``asked_sentences`` is a tuple of their sentences."""
         return self.topic("/faults")
 
     @property
     def links(self) -> Table:
-        """Counts of the samples on each link with faults, each since its receiver started: ``link`` (``"2->3"``), ``offered``,
+        """Counts of the samples on each link with faults, since the receiver of the link started: ``link`` (``"2->3"``), ``offered``,
         ``delivered``, ``late``, ``lost``, ``duplicated``, ``in_flight``, ``corrupted``."""
         return self.topic("/links")
 
     @property
     def timing(self) -> Table:
-        """How long each tick took by the wall clock: ``round_trip_us``, ``wake_us``, ``read_us``, ``compute_us``, ``return_us``, ``late_us``,
-        ``answered``, ``reused``, ``missed_deadlines``. Simulated flights have none."""
+        """How long each tick took by the wall clock: ``round_trip_us``, ``wake_us``, ``read_us``, ``compute_us``, ``return_us``,
+        ``late_us``, ``answered``, ``reused``, ``missed_deadlines``. Simulated flights do not have this topic."""
         return self.topic("/timing")
 
     @property
@@ -147,16 +149,16 @@ class Log:
         return self._native.topics()
 
     def topic(self, name: str) -> Table:
-        """The messages of a topic, a row each: first ``tick`` and ``time_s``, then every field. Fields of nested messages are named with
-        dots, as in ``pose.position.x``.
+        """The messages of a topic, one row for each. The first columns are ``tick`` and ``time_s``, then come all fields. The names of
+        nested fields have dots, as in ``pose.position.x``.
 
         Raises:
-            KeyError: The log has no such topic, or its messages hold lists of messages, which have no columns.
+            KeyError: The log has no such topic, or its messages contain lists of messages, which do not fit into columns.
         """
         return self._topic(name, name, "")
 
     def _topic(self, name: str, before: str, after: str) -> Table:
-        """The topic, read together with all others that begin and end like this."""
+        """The topic ``name``. Reads all topics that begin with ``before`` and end with ``after`` at once."""
         tables = self._tables.get((before, after))
         if tables is None:
             raw = self._native.tables(before, after)
@@ -178,7 +180,7 @@ class Log:
 
 
 class Uav:
-    """One UAV of a log. Its tables have a row for each tick in which the log has it."""
+    """One UAV of a log. Its tables have one row for each tick in which the log has data about the UAV."""
 
     def __init__(self, log: Log, number: int) -> None:
         self._log = log
@@ -187,30 +189,30 @@ class Uav:
 
     @property
     def state(self) -> Table:
-        """Where it is and how it flies, every tick: ``tick``, ``time_s``, ``uav``, ``x_m``, ``y_m``, ``heading_rad``, ``speed_m_s``,
+        """Where the UAV is and how it flies, every tick: ``tick``, ``time_s``, ``uav``, ``x_m``, ``y_m``, ``heading_rad``, ``speed_m_s``,
         ``turn_rate_rad_s``, ``previous_distance_m``, ``next_distance_m``, ``leader_distance_m``, ``slot_x_m``, ``slot_y_m``,
-        ``slot_error_m``, ``obstacle_distance_m`` (to the centre of the nearest obstacle that it senses), and ``mode``: ``"commanded"``, or
-        the name of its failsafe."""
+        ``slot_error_m``, ``obstacle_distance_m`` (to the centre of the nearest obstacle that the UAV senses), and ``mode``, which is
+        ``"commanded"`` or the name of its failsafe."""
         return self._table("state")
 
     @property
     def control(self) -> Table:
-        """What its agent commanded and why, every tick: ``speed_command_m_s``, ``turn_rate_command_rad_s``, the terms of f_i in metres
-        (``neighbour_force_x_m`` of Eq. (4), also ``previous_``, ``next_``, ``centre_``, ``slot_``; ``repulsion_x_m`` of Eq. (13)),
+        """What the UAV's agent commanded and why, every tick: ``speed_command_m_s``, ``turn_rate_command_rad_s``, the terms of f_i in
+        metres (``neighbour_force_x_m`` of Eq. (4), also ``previous_``, ``next_``, ``centre_``, ``slot_``; ``repulsion_x_m`` of Eq. (13)),
         ``potential_m2`` (Eq. (3)), ``speed_saturated`` and ``turn_rate_saturated`` (Eq. (12)), the ages of the data used, ``living``,
-        ``leader_silent``, ``slots_moving``, ``lost_fingerprint``, and the law's wish before the collision filter."""
+        ``leader_silent``, ``slots_moving``, ``lost_fingerprint``, and what the law wished before the collision filter."""
         return self._table("control")
 
     @property
     def ages(self) -> Table:
-        """How old the data were that its agent used, every tick: ``tick``, ``time_s``, ``previous_age_s``, ``next_age_s``, ``leader_age_s``; NaN
-        before the first data arrived."""
+        """The age of the data that the UAV's agent used, every tick: ``tick``, ``time_s``, ``previous_age_s``, ``next_age_s``,
+        ``leader_age_s``. The ages are NaN before the first data arrived."""
         return self.control.select("tick", "time_s", "previous_age_s", "next_age_s", "leader_age_s")
 
     def _table(self, kind: str) -> Table:
-        # As ringwing names topics: at least three digits, so that they sort by number.
+        # ringwing writes the number with at least three digits, so that topics sort by number.
         width = max(3, len(str(len(self._log.uavs))))
-        # One pass over the file for all UAVs: a pass takes as long for one as for all.
+        # Read the tables of all UAVs in one pass over the file: a pass for one UAV takes as long.
         return self._log._topic(f"/uav/{self.number:0{width}}/{kind}", "/uav/", f"/{kind}")
 
     def __repr__(self) -> str:

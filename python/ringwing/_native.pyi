@@ -1,4 +1,4 @@
-"""The native half of the package. People use the classes of ``ringwing``, which are built on it."""
+"""The native half of the package. Use the classes of ``ringwing``, which are built on it."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 VERSION: str
 
 class RingwingError(Exception):
-    """Whatever ringwing refuses or fails at."""
+    """The base class of all errors of ringwing."""
 
 class AgentError(RingwingError):
     """A controller's program cannot take part in a run."""
@@ -19,14 +19,14 @@ class LogError(RingwingError):
     """A file cannot be read as a log of ringwing."""
 
 class ScenarioError(RingwingError):
-    """A scenario, a key, a fault or an axis is wrong. The message has a line for each mistake."""
+    """A scenario, a key, a fault or an axis has mistakes. The message has a line for each."""
 
 class FlightError(RingwingError):
     """A flight cannot begin, or its files cannot be written."""
 
 Vector = NDArray[np.float64]
 Numbers = NDArray[np.float64] | NDArray[np.int64] | NDArray[np.uint64] | NDArray[np.bool_]
-# Texts are codes of shape (n,) into a list of the different ones.
+# A column of texts: codes of shape (n,), which are indices into the list of distinct texts.
 Codes = tuple[NDArray[np.uint32], list[str]]
 RawColumn = Numbers | Codes | list[list[str]]
 RawColumns = list[tuple[str, RawColumn]]
@@ -49,7 +49,7 @@ class NativeLog:
 
     def topics(self) -> list[str]: ...
     def shortfalls(self) -> tuple[list[str], list[str]]:
-        """What the log lacks of its flight, and what is unusual about it."""
+        """Which parts of the flight are missing in the log, and what is unusual about the log."""
 
     def summary(self) -> str:
         """The summary as JSON."""
@@ -58,7 +58,7 @@ class NativeLog:
         """The columns of all topics that begin with ``before`` and end with ``after``."""
 
 class Options(TypedDict):
-    """How to fly a sweep; ``ringwing.sweep`` explains each."""
+    """How to fly a sweep; ``ringwing.sweep`` explains each option."""
 
     combination: str | None
     sampling: str | None
@@ -71,32 +71,32 @@ class Options(TypedDict):
     figures: list[str]
 
 class Wish:
-    """What a controller wants its UAV to fly until the next tick. ringwing cuts it to what the airframe can do; a number that is not finite
-    is withheld."""
+    """What a controller wants its UAV to fly until the next tick. ringwing cuts it to what the airframe can do. If a number is not finite,
+    ringwing sends no command to the airframe."""
 
     def __new__(cls, speed_m_s: float, turn_rate_rad_s: float) -> Wish: ...
     @property
     def speed_m_s(self) -> float:
-        """Speed along the heading."""
+        """The speed along the heading."""
 
     @property
     def turn_rate_rad_s(self) -> float:
-        """Rate of the heading, counterclockwise."""
+        """The turn rate, counterclockwise."""
 
 def direction(heading_rad: float) -> tuple[float, float]:
-    """Cosine and sine of a heading, the same on every machine.
+    """Cosine and sine of a heading, with the same bits on every machine.
 
-    Those of ``math`` come from the system's library, and their last bit may differ on another machine; then the flight differs with it.
+    ``math.cos`` and ``math.sin`` use the system's library, so their last bit may differ on another machine, and then the flight differs.
     """
 
 class Track:
-    """Where a UAV or the leader was, and how it flew, in the newest state of it that has arrived."""
+    """The newest state of a UAV or of the leader that has arrived: where it was, and how it flew."""
 
     @property
     def tick(self) -> int: ...
     @property
     def age_s(self) -> float:
-        """How long ago that was; a state takes at least a tick to arrive."""
+        """The age of this state. It is at least one tick, because a state takes one tick to arrive."""
 
     @property
     def position_m(self) -> Vector: ...
@@ -120,10 +120,11 @@ class Neighbour:
 
     @property
     def track(self) -> Track | None:
-        """``None`` before anything of it has arrived."""
+        """``None`` before the first state of this neighbour has arrived."""
 
 class Leader:
-    """The leader, which is the centre of the formation, where it is now: as heard, and predicted if the scenario's dead reckoning says so."""
+    """The leader, which is the centre of the formation. Position and heading are those that the UAV assumes now: from the newest state that
+    has arrived, predicted as far as ``control.dead_reckoning`` says."""
 
     @property
     def position_m(self) -> Vector: ...
@@ -133,7 +134,7 @@ class Leader:
     def track(self) -> Track: ...
     @property
     def is_silent(self) -> bool:
-        """Whether nothing has come of it for longer than ``membership.loss_timeout_s``."""
+        """Whether no state of the leader has arrived for longer than ``membership.loss_timeout_s``."""
 
 class Obstacle:
     """An obstacle in range of the sensors."""
@@ -146,7 +147,7 @@ class Obstacle:
     def radius_m(self) -> float: ...
     @property
     def braking_distance_m(self) -> float:
-        """Distance from the centre within which it repels."""
+        """The obstacle repels within this distance from its centre."""
 
 class Aircraft:
     """Another aircraft in range of the sensors."""
@@ -161,26 +162,26 @@ class Aircraft:
     def turn_rate_rad_s(self) -> float: ...
     @property
     def uav(self) -> int | None:
-        """The number of the UAV; ``None`` for an intruder."""
+        """The number of the UAV; ``None`` if the aircraft is an intruder."""
 
 class Situation:
-    """Everything that a controller is told in one tick. Places and velocities are arrays of shape (2,), x east and y north."""
+    """Everything that a controller is told in one tick. Positions and velocities are arrays of shape (2,), x east and y north."""
 
     @property
     def tick(self) -> int:
-        """Tick 0 begins the flight; tick -1 is the approach to the start states."""
+        """The number of the tick. The flight begins with tick 0; tick -1 is the approach to the start states."""
 
     @property
     def time_s(self) -> float: ...
     @property
     def period_s(self) -> float:
-        """Length of a tick."""
+        """The length of a tick."""
 
     @property
     def uav(self) -> int: ...
     @property
     def position_m(self) -> Vector:
-        """Where the UAV is."""
+        """The position of the UAV."""
 
     @property
     def heading_rad(self) -> float: ...
@@ -190,7 +191,7 @@ class Situation:
     def turn_rate_rad_s(self) -> float: ...
     @property
     def senses_age_s(self) -> float:
-        """Age of its newest senses; 0 unless a fault delays or loses them."""
+        """The age of what the UAV sensed last of itself; 0 unless a fault delays or loses it."""
 
     @property
     def previous(self) -> Neighbour | None:
@@ -198,19 +199,19 @@ class Situation:
 
     @property
     def next(self) -> Neighbour | None:
-        """The next one; ``None`` if it is the same UAV."""
+        """The next living UAV in the ring; ``None`` if it is the same as ``previous``."""
 
     @property
     def leader(self) -> Leader | None:
-        """``None`` before anything of it has arrived."""
+        """``None`` before the first state of the leader has arrived."""
 
     @property
     def slot_m(self) -> Vector | None:
-        """The place of the UAV's slot; ``None`` without a leader."""
+        """The position of the UAV's slot; ``None`` as long as ``leader`` is ``None``."""
 
     @property
     def slot_offset_m(self) -> Vector:
-        """From the leader to the slot."""
+        """The vector from the leader to the slot."""
 
     @property
     def slot_velocity_m_s(self) -> Vector | None: ...
@@ -218,27 +219,27 @@ class Situation:
     def slot_turn_rate_rad_s(self) -> float | None: ...
     @property
     def radius_m(self) -> float:
-        """R: the distance from the centre to the slot."""
+        """R: the distance from the leader to the slot."""
 
     @property
     def obstacles(self) -> list[Obstacle]:
-        """The nearest first."""
+        """The obstacles in range, the nearest first."""
 
     @property
     def aircraft(self) -> list[Aircraft]:
-        """The nearest first; empty without ``control.collision_filter``."""
+        """The other aircraft in range, the nearest first; empty unless ``control.collision_filter`` is on."""
 
     @property
     def living(self) -> int:
-        """How many UAVs are alive, this one included."""
+        """The number of living UAVs, including this one."""
 
     @property
     def lost(self) -> list[int]:
-        """The UAVs that are lost."""
+        """The numbers of the UAVs that are lost."""
 
     @property
     def slots_are_moving(self) -> bool:
-        """Whether the slots move to new places after a loss or a return."""
+        """Whether the slots are moving to new places after a loss or a return."""
 
     @property
     def speed_min_m_s(self) -> float: ...
@@ -248,15 +249,15 @@ class Situation:
     def turn_rate_max_rad_s(self) -> float: ...
 
 class MadeController(Protocol):
-    """What makes controllers returns."""
+    """A controller, as ``Make`` returns it."""
 
     def step(self, situation: Situation, /) -> Wish: ...
 
-#: Makes a controller from the UAV, the scenario as JSON, and the program's own arguments.
+#: Creates a controller from the number of the UAV, the scenario as JSON, and the arguments that the user gave the program.
 Make = Callable[[int, str, list[str]], MadeController]
 
 def run_agent(arguments: list[str], make: Make) -> None:
-    """Flies one UAV of a run as its agent until the flight ends; ``arguments`` are those of the program, without its name."""
+    """Flies one UAV of a run as its agent until the flight ends. ``arguments`` are all arguments of the program, without its name."""
 
 def fly(
     scenario: str,
@@ -265,7 +266,7 @@ def fly(
     controllers: Sequence[tuple[int | None, str, Make]],
     out: str | os.PathLike[str] | None,
 ) -> tuple[os.PathLike[str] | None, str, list[str]]:
-    """Flies a scenario, with controllers for some UAVs or, without a number, for all; returns the folder, the summary as JSON, and
+    """Flies a scenario with these controllers. A controller without a number flies all UAVs. Returns the folder, the summary as JSON, and
     warnings about faults."""
 
 def sweep(
@@ -276,4 +277,4 @@ def sweep(
     options: Options,
     progress: Callable[[int, int], object] | None,
 ) -> tuple[RawColumns, RawColumns]:
-    """Flies a sweep; returns the columns of its flights and of its cells."""
+    """Flies a sweep. Returns the columns of its flights and of its cells."""

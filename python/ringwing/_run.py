@@ -18,11 +18,11 @@ from ._scenario import sentences, settings
 
 
 class ScenarioWarning(UserWarning):
-    """A fault of the scenario can have no effect, or rounding to whole ticks changes it noticeably."""
+    """A fault of the scenario cannot have an effect, or rounding to whole ticks changes it noticeably."""
 
 
 class Run:
-    """A flight that is over."""
+    """A flight that has ended."""
 
     def __init__(self, summary: dict[str, Any], folder: Path | None) -> None:
         #: The flight in numbers, as in ``summary.json``: ``summary["settling_s"]``. A value that does not exist is ``None``.
@@ -37,7 +37,7 @@ class Run:
 
     @property
     def verdict(self) -> str:
-        """``"passed"``, ``"violated"`` (a requirement) or ``"failed"`` (it did not fly to its end)."""
+        """``"passed"``, ``"violated"`` if the flight violated a requirement, or ``"failed"`` if it did not reach its end."""
         return str(self.summary["verdict"])
 
     @property
@@ -72,21 +72,21 @@ def run(
 ) -> Run:
     """Flies a scenario to its end.
 
-    Ctrl-C ends the flight in order: its log is whole, its verdict ``failed``, and ``KeyboardInterrupt`` is raised. Other threads run
-    meanwhile.
+    Ctrl-C ends the flight early: the log is still complete up to that moment, the verdict is ``failed``, and ``KeyboardInterrupt`` is
+    raised. Other Python threads run during the flight.
 
     Args:
         scenario: Name of a preset, such as ``"dropout"``, or the path of a scenario file.
         set: Keys of the scenario with their values: ``{"seed": 7, "control.law": "resilient"}``.
         faults: Sentences such as ``"at 30 s kill uav 3"``.
-        simulated: Fly in this process, without shared memory. Otherwise the command ``ringwing`` starts a process for each UAV: it is
-            looked for in the environment variable ``RINGWING``, then on the path. Both fly the same to the bit, unless
-            ``time.real_time`` is set.
-        record: Write the log. Without it nothing is written, and a simulated flight is about twice as fast.
-        out: Folder in which the run makes its own folder.
+        simulated: Whether to fly in this process, without shared memory. If not, the command ``ringwing`` starts a process for each UAV;
+            it is the command that the environment variable ``RINGWING`` names, or else the one on the path. Both ways give the same
+            flight bit for bit, unless ``time.real_time`` is set.
+        record: Whether to write the log. If not, nothing is written to disk, and a simulated flight is about twice as fast.
+        out: Folder in which the run creates its own folder.
 
     Raises:
-        ScenarioError: A line for each mistake in the scenario, the keys and the faults.
+        ScenarioError: The scenario, the keys or the faults have mistakes. The message has a line for each.
         FlightError: The flight cannot begin, or its folder cannot be written.
     """
     keys, words = settings(set), sentences(faults)

@@ -1,4 +1,4 @@
-"""How Python values become the keys, faults and axes of a scenario."""
+"""Turns Python values into the keys, faults and axes of a scenario."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def settings(keys: Mapping[str, Any] | None) -> list[tuple[str, str]]:
 
 
 def sentences(faults: Iterable[str] | None) -> list[str]:
-    """The fault sentences; a single text is a mistake that would become a fault a letter."""
+    """The fault sentences as a list. Refuses a single text: otherwise each of its letters would become a fault."""
     if isinstance(faults, str):
         raise TypeError(f"faults is a list of sentences: give [{faults!r}]")
     return list(faults or [])
 
 
 def toml(value: Any) -> str:
-    """A value as TOML; a text stays as it is, as in ``--set``."""
+    """A value as TOML. A text stays unchanged, as in ``--set``."""
     if isinstance(value, str):
         return value
     if isinstance(value, (bool, np.bool_)):
@@ -39,5 +39,5 @@ def toml(value: Any) -> str:
 
 
 def _item(value: Any) -> str:
-    """A value within a list or a table, where TOML wants quotes around texts."""
+    """A value inside a list or a table, where TOML requires quotes around texts."""
     return json.dumps(value) if isinstance(value, str) else toml(value)

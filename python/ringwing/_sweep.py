@@ -18,12 +18,12 @@ class Sweep:
     """The results of a sweep."""
 
     def __init__(self, flights: Table, cells: Table) -> None:
-        #: A row for each flight: ``cell``, ``seed``, the axes, ``verdict``, ``violated`` (keys of requirements, separated by spaces), every
-        #: figure of the summary, ``payload_hash``, and ``failure``: why it could not be flown.
+        #: One row for each flight: ``cell``, ``seed``, the axes, ``verdict``, ``violated`` (keys of requirements, separated by spaces),
+        #: every figure of the summary, ``payload_hash``, and ``failure``, which says why the flight could not be flown.
         self.flights = flights
-        #: A row for each cell: ``cell``, the axes, ``flights``, ``passed``, ``success`` with its 95 % Wilson interval ``success_low`` to
-        #: ``success_high``, and of each figure its median and the value that one flight in ten is worse than (``..._bad``). A flight
-        #: without a figure counts as worse than all others; where that decides, the value is NaN.
+        #: One row for each cell: ``cell``, the axes, ``flights``, ``passed``, and ``success`` with its 95 % Wilson interval from
+        #: ``success_low`` to ``success_high``. Each figure has its median, and in ``..._bad`` the value that one flight in ten exceeds on
+        #: the bad side. A flight that lacks a figure counts as worse than all others; if such a flight decides a value, the value is NaN.
         self.cells = cells
 
     def __repr__(self) -> str:
@@ -47,31 +47,33 @@ def sweep(
     figures: Iterable[str] = ("slot_error_max_m", "settling_s", "recovery_max_s", "closest_pair_m"),
     progress: Callable[[int, int], object] | None = None,
 ) -> Sweep:
-    """Flies a scenario at many values of some axes, each with many seeds, in this process and on all cores.
+    """Flies a scenario with many values of some axes and many seeds, in this process and on all cores.
 
-    Flies what ``ringwing sweep`` flies, and gives the same rows. Nothing is kept on disk; for sweeps of hours, the command keeps a
-    folder and goes on after a kill. Ctrl-C ends the sweep once the flights in the air have landed. Other threads run meanwhile.
+    The flights and the rows are the same as those of the command ``ringwing sweep``. This function keeps nothing on disk. For a sweep
+    that takes hours, use the command: it keeps its results in a folder, and continues after it was killed. Ctrl-C ends the sweep after
+    the flights in the air have ended. Other Python threads run during the sweep.
 
     Args:
         scenario: A preset or a scenario file, to which axes are added; or a built-in sweep such as ``"delay-loss"``, or a sweep file.
-        axes: For each axis a list of values, or a text such as ``"0, 0.1 .. 1.0"`` or ``"uniform 0 .. 2"``. An axis is a key of the
-            scenario, or a name that stands in braces in a fault.
+        axes: For each axis a list of values, or a text such as ``"0, 0.1 .. 1.0"`` or ``"uniform 0 .. 2"``. The name of an axis is a key
+            of the scenario, or a name that a fault has in braces.
         set: Keys of the scenario that every cell sets.
-        faults: Sentences in which braces hold an axis: ``"at 30 s link all->all delay {delay} s"``, or its values:
-            ``"... loss {0, 10 .. 50} %"``.
-        seeds: Number of flights of each cell (1).
+        faults: Fault sentences. Braces in a sentence contain the name of an axis, ``"at 30 s link all->all delay {delay} s"``, or the
+            values of a new axis, ``"... loss {0, 10 .. 50} %"``.
+        seeds: Number of flights in each cell (1).
         first_seed: The first seed of each cell (1).
-        precision: Fly each cell until the 95 % interval of its success is this narrow.
-        seeds_max: With ``precision``, the most flights of a cell.
+        precision: If given, each cell is flown until the 95 % interval of its success is this narrow.
+        seeds_max: The maximum number of flights in a cell if ``precision`` is given.
         combination: ``"grid"``, ``"zip"`` or ``"one-at-a-time"``.
         sampling: How random axes are drawn: ``"independent"`` or ``"latin-hypercube"``.
         samples: Number of samples of the random axes.
         jobs: Number of flights at the same time; by default the number of cores.
-        figures: The figures that ``cells`` has.
-        progress: Called when flights have landed, with their number and the most that there will be.
+        figures: The figures for which ``cells`` has columns.
+        progress: A function that is called when flights have ended. Its arguments are the number of flights that have ended, and the
+            maximum number of flights of the sweep.
 
     Raises:
-        ScenarioError: A line for each mistake in the sweep; no cell flies before all are checked.
+        ScenarioError: The sweep has mistakes. The message has a line for each. All cells are checked before the first flight.
     """
     options: _native.Options = {
         "combination": combination,
@@ -94,7 +96,7 @@ def _values(values: str | Sequence[Any] | NDArray[Any]) -> str | list[str]:
 
 
 def _table(raw: _native.RawColumns) -> Table:
-    """The columns of results, in which the values of an axis are numbers if all are."""
+    """The columns of results. The values of an axis become numbers if all of them are numbers."""
     texts = ("verdict", "violated", "payload_hash", "failure")
     columns = of_raw(raw)
     return Table({name: column if name in texts else _numbers(column) for name, column in columns.items()})

@@ -19,7 +19,7 @@ class Table(Mapping[str, NDArray[Any]]):
     """Columns of equal length: a mapping of names to NumPy arrays of shape ``(n,)``.
 
     Numbers that may be absent are ``float64`` with NaN. Texts are arrays of ``str`` objects, and lists of texts are arrays of
-    tuples. ``len(table.columns)`` is the number of columns, ``table.rows`` that of rows.
+    tuples. ``len(table.columns)`` is the number of columns, and ``table.rows`` is the number of rows.
     """
 
     def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
@@ -51,7 +51,7 @@ class Table(Mapping[str, NDArray[Any]]):
         return len(self._columns)
 
     def select(self, *names: str) -> Table:
-        """A table of these columns alone; it shares their memory."""
+        """A table with only these columns. It shares their memory with this table."""
         return Table({name: self[name] for name in names})
 
     def to_dict(self) -> dict[str, list[Any]]:
@@ -63,7 +63,7 @@ class Table(Mapping[str, NDArray[Any]]):
         import polars
 
         series = [
-            # Polars cannot tell from an array of objects what they are.
+            # Polars cannot find out the type of the objects in an array.
             polars.Series(name, column.tolist() if column.dtype == object else column)
             for name, column in self._columns.items()
         ]
@@ -80,14 +80,14 @@ class Table(Mapping[str, NDArray[Any]]):
 
 
 def of_raw(raw: RawColumns) -> dict[str, NDArray[Any]]:
-    """The arrays of columns that come from the native half."""
+    """The NumPy arrays of columns that the native module returns."""
     return {name: _array(column) for name, column in raw}
 
 
 def _array(column: RawColumn) -> NDArray[Any]:
     if isinstance(column, tuple):
         codes, texts = column
-        # The texts of equal rows are one object, so a long flight takes a pointer a row.
+        # Equal texts share one object, so each row of a long flight takes only a pointer.
         return _objects(texts)[codes]
     if isinstance(column, list):
         return _objects([tuple(texts) for texts in column])
@@ -95,7 +95,7 @@ def _array(column: RawColumn) -> NDArray[Any]:
 
 
 def _objects(values: list[Any]) -> NDArray[Any]:
-    """An array of objects, also where NumPy would make a second dimension of tuples."""
+    """A one-dimensional array of objects. NumPy by itself would turn tuples into a second dimension."""
     array = np.empty(len(values), dtype=object)
     array[:] = values
     return array
