@@ -112,7 +112,8 @@ impl DomainOwner {
         // Own the domain before making its files: if a later step fails, dropping the owner removes what is there.
         let owner = Self { domain: Domain { id }, _lock: lock };
         let root = owner.domain.root();
-        fs::DirBuilder::new().mode(0o750).create(&root).map_err(BusError::file(&root))?;
+        // Whoever may enter reaches the socket that takes faults.
+        fs::DirBuilder::new().mode(0o700).create(&root).map_err(BusError::file(&root))?;
         let path = owner.domain.scenario_path();
         fs::write(&path, scenario).map_err(BusError::file(&path))?;
         let gate = Gate::create(&owner.domain.gate_path())?;
@@ -336,6 +337,7 @@ mod tests {
         let id = owner.domain().id().clone();
         assert!(!remove_abandoned().contains(&id) && owner.domain().has_launcher());
         assert_eq!(Domain::join(&id).unwrap().scenario_text().unwrap(), "name = \"x\"");
+        assert_eq!(fs::metadata(id.root()).unwrap().mode() & 0o777, 0o700, "no other user may enter");
         drop(owner);
         assert!(!id.root().exists() && !id.lock_path().exists());
         assert!(Domain::join(&id).is_err());
