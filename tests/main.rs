@@ -11,6 +11,7 @@ mod harness;
 
 mod baseline;
 mod bench;
+mod c_controllers;
 mod cluster;
 mod command_line;
 mod controllers;
