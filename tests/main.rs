@@ -14,6 +14,7 @@ mod bench;
 mod c_controllers;
 mod cluster;
 mod command_line;
+mod conform;
 mod controllers;
 mod defaults;
 mod dependencies;

@@ -87,7 +87,8 @@ fn consensus_in_cpp() -> Option<&'static str> {
     in_cpp(&COMPILED, "examples/controllers/cpp/consensus.cpp")
 }
 
-fn broken_in_cpp() -> Option<&'static str> {
+/// The controller that breaks in the way that its first argument names.
+pub fn broken_in_cpp() -> Option<&'static str> {
     static COMPILED: OnceLock<Option<PathBuf>> = OnceLock::new();
     in_cpp(&COMPILED, "tests/c_controllers/broken.cpp")
 }
