@@ -4,6 +4,7 @@
 #   packaging/try-debian.sh target/debian/ringwing_0.1.0-1_amd64.deb
 set -euo pipefail
 package=$(realpath "$1")
+cd "$(dirname "$0")/.."
 
 root=$(mktemp -d /tmp/ringwing-debian.XXXXXX)
 leave() {
@@ -28,6 +29,11 @@ inside ringwing doctor
 inside sh -c 'cd /tmp && ringwing run dropout && ringwing verify latest'
 inside test -e /usr/share/man/man1/ringwing-run.1.gz
 inside test -e /usr/share/bash-completion/completions/ringwing
+# A controller in C, the one of the manual, built here: the fresh Debian has no compiler.
+sed -n '/^```c$/,/^```$/p' docs/src/controllers.md | sed '/^```/d' >"$root/tmp/straight.c"
+cc "$root/tmp/straight.c" -o "$root/tmp/straight" -I "$root/usr/include" -L "$root/usr/lib" -lringwing
+inside sh -c 'cd /tmp && ringwing run paper-4.1 --duration 5 --agent "3=./straight"'
+inside test -e /usr/lib/pkgconfig/ringwing.pc
 inside apt-get remove --yes ringwing
 if inside test -e /usr/bin/ringwing; then
   echo "the package leaves /usr/bin/ringwing behind"

@@ -12,10 +12,11 @@ pub(crate) const COLUMNS_MAX: usize = 110;
 const INDENT: usize = 14;
 
 /// What people come for, and the verbs for it. Each visible verb is in one group.
-const GROUPS: [(&str, &[&str]); 6] = [
+const GROUPS: [(&str, &[&str]); 7] = [
     ("Fly a swarm", &["run", "watch", "fault", "pause", "step", "resume"]),
     ("Look at a flight", &["review", "replay", "verify", "compare", "recover"]),
     ("Find out what a formation stands", &["sweep", "margin", "hunt", "shrink"]),
+    ("Check your own controller", &["conform"]),
     ("Measure how long a tick takes", &["bench"]),
     (
         "Scenarios, this machine, this command",
@@ -25,7 +26,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
 ];
 
 /// Examples for each verb, as they are typed.
-const EXAMPLES: [(&str, &[&str]); 20] = [
+const EXAMPLES: [(&str, &[&str]); 21] = [
     (
         "run",
         &[
@@ -70,6 +71,7 @@ const EXAMPLES: [(&str, &[&str]); 20] = [
         ],
     ),
     ("shrink", &["ringwing shrink storm --set control.law=paper --set seed=1"]),
+    ("conform", &["ringwing conform \"python3 mine.py\"", "ringwing conform \"./mine --gain 2\" --json"]),
     ("bench", &["ringwing bench", "ringwing bench --doctor", "ringwing bench --topology mesh"]),
     (
         "scenario",

@@ -9,6 +9,7 @@ mod clean;
 mod compare;
 mod completion;
 mod config;
+mod conform;
 mod doctor;
 mod exec;
 mod fault_command;
@@ -85,6 +86,8 @@ enum Verb {
     Sweep(Box<sweep::SweepArgs>),
     /// Measure how much of something a swarm stands, such as a delay, and compare it with theory
     Margin(Box<margin::MarginArgs>),
+    /// Check whether a controller of your own is fit to fly
+    Conform(conform::ConformArgs),
     /// Find the worst that a bounded number of faults can do to a flight
     Hunt(Box<hunt::HuntArgs>),
     /// Make a flight that violates a requirement small
@@ -141,7 +144,7 @@ const VERSION: &str =
     concat!(env!("CARGO_PKG_VERSION"), " (", env!("RINGWING_COMMIT"), ", ", env!("RINGWING_TARGET"), ")");
 /// What the exit codes below mean, for the help.
 const EXIT_CODES: &str = "Exit codes: 0 done or passed; 1 failed; 2 wrong usage or an invalid scenario; 3 a requirement is \
-                          violated, or a repeated flight differs; 141 the reader of the output hung up";
+                          violated, a repeated flight differs, or a controller is not fit; 141 the reader of the output hung up";
 /// Exit code of a run or tool that failed.
 const FAILED: u8 = 1;
 /// Exit code of a flight that violated a requirement of its scenario.
@@ -227,6 +230,7 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Replay(args) => ("", replay::run(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
         Verb::Scenario(verb) => ("", scenario_command::run(&verb)),
+        Verb::Conform(args) => ("", conform::run(&args)),
         Verb::Doctor(args) => ("", doctor::run(&args)),
         Verb::Config => ("", config::run()),
         Verb::Clean => ("", clean::run()),

@@ -179,7 +179,7 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
 }
 
 /// The summary and the printed commands name the run's folder, and they are UTF-8.
-fn check_out(out: &Path) -> Result<(), WrongUsage> {
+pub(crate) fn check_out(out: &Path) -> Result<(), WrongUsage> {
     match out.to_str() {
         Some(_) => Ok(()),
         None => {

@@ -10,29 +10,34 @@ use std::{
 };
 
 /// The controller in `examples/controllers/consensus`, built with what the command under test was built with.
-fn consensus() -> &'static str {
+pub fn consensus() -> &'static str {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
-    let path = BUILT.get_or_init(|| {
-        let manifest =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/controllers/consensus/Cargo.toml");
-        let bin = Path::new(env!("CARGO_BIN_EXE_ringwing")).parent().unwrap();
-        let mut build = Command::new(env!("CARGO"));
-        build.args(["build", "--offline", "--locked", "--quiet", "--manifest-path"]).arg(manifest);
-        // In the profile and the folder of the command, so that the crates which both need are not built twice.
-        build.args(bin.ends_with("release").then_some("--release"));
-        let built = build.env("CARGO_TARGET_DIR", bin.parent().unwrap()).output().unwrap();
-        assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
-        bin.join("consensus")
-    });
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/controllers/consensus/Cargo.toml");
+    let path =
+        BUILT.get_or_init(|| built(&["--manifest-path", manifest.to_str().unwrap()]).join("consensus"));
     path.to_str().unwrap()
 }
 
+/// Builds what `arguments` name; returns the folder of the command under test, where it is then.
+pub fn built(arguments: &[&str]) -> &'static Path {
+    let bin = Path::new(env!("CARGO_BIN_EXE_ringwing")).parent().unwrap();
+    let mut build = Command::new(env!("CARGO"));
+    build.args(["build", "--offline", "--locked", "--quiet"]).args(arguments);
+    // In the profile and the folder of the command, so that the crates which both need are not built twice.
+    build.args(bin.ends_with("release").then_some("--release"));
+    build.current_dir(env!("CARGO_MANIFEST_DIR")).env("CARGO_TARGET_DIR", bin.parent().unwrap());
+    let output = build.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    bin
+}
+
 /// What programs of `uav` have printed.
-fn output(run: &Finished, uav: u32) -> String {
+pub fn output(run: &Finished, uav: u32) -> String {
     fs::read_to_string(run.folder.join(format!("output/uav-{uav}.txt"))).unwrap_or_default()
 }
 
-fn verify(run: &Finished) -> Output {
+/// Flies the run again.
+pub fn verify(run: &Finished) -> Output {
     ringwing().arg("verify").arg(&run.folder).output().unwrap()
 }
 

@@ -11,8 +11,10 @@ mod harness;
 
 mod baseline;
 mod bench;
+mod c_controllers;
 mod cluster;
 mod command_line;
+mod conform;
 mod controllers;
 mod defaults;
 mod dependencies;

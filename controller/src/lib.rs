@@ -16,7 +16,8 @@ pub use ringwing_agent::{
     pilot::{EstimatedLeader, Membership, PeerTrack, RingNeighbour, Situation, SlotMotion},
 };
 pub use ringwing_flight::{
-    Aircraft, FormationFrame, Pose, Sensed, SensedAircraft, SensedObstacle, Tick, UavId, direction, wrap,
+    Aircraft, FlightMode, FormationFrame, Pose, Sensed, SensedAircraft, SensedObstacle, Tick, UavId,
+    direction, wrap,
 };
 pub use ringwing_scenario::Scenario;
 use std::{
@@ -51,9 +52,7 @@ pub fn main<C: Controller>(make: impl FnOnce(&Start<'_>) -> C) -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
     match run(&arguments, make) {
         Ok(()) => ExitCode::SUCCESS,
-        // A message of clap already says that it is an error, so add nothing.
-        Err(RunError::Usage(why)) => say(&why, 2),
-        Err(RunError::Agent(error)) => say(&format!("error: agent: {error}"), 1),
+        Err(error) => ExitCode::from(error.tell()),
     }
 }
 
@@ -66,6 +65,20 @@ pub enum RunError {
     /// The program cannot take part in the run.
     #[error(transparent)]
     Agent(#[from] AgentError),
+}
+
+impl RunError {
+    /// Writes the reason to stderr. Returns the exit code: 2 for arguments that name no run, 1 for a run that cannot be joined.
+    pub fn tell(&self) -> u8 {
+        let (text, code) = match self {
+            // A message of clap already says that it is an error, so add nothing.
+            Self::Usage(why) => (why.clone(), 2),
+            Self::Agent(error) => (format!("error: agent: {error}"), 1),
+        };
+        // Nobody can be told that nobody reads it.
+        let _ = writeln!(stderr(), "{text}");
+        code
+    }
 }
 
 /// Flies a UAV with the controller that `make` makes until the flight ends. `arguments` are those of the program, without its
@@ -95,13 +108,6 @@ fn split(arguments: &[OsString]) -> Result<(&[OsString], AgentArgs), String> {
     let parsed = AgentArgs::augment_args(Command::new(MARKER)).try_get_matches_from(added);
     let member = parsed.and_then(|matches| AgentArgs::from_arg_matches(&matches));
     Ok((own, member.map_err(|error| error.to_string())?))
-}
-
-/// Writes `text` to stderr, and returns the exit code.
-fn say(text: &str, code: u8) -> ExitCode {
-    // Nobody can be told that nobody reads it.
-    let _ = writeln!(stderr(), "{text}");
-    ExitCode::from(code)
 }
 
 #[cfg(test)]

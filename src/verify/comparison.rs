@@ -16,7 +16,7 @@ use std::{
 
 /// Two logs whose messages are equal.
 #[derive(Debug, Default, PartialEq, Eq)]
-pub(super) struct Comparison {
+pub(crate) struct Comparison {
     /// Number of messages compared.
     pub(super) messages: u64,
     /// Topics of the flight that the log does not have, so that they were not compared.
@@ -26,7 +26,7 @@ pub(super) struct Comparison {
 /// Compares the log `recorded` with the log `flown` of the same flight; the error is the first difference.
 ///
 /// A recorded flight `with_requests` is flown again with these faults in its scenario.
-pub(super) fn compare<R: Read + Seek>(
+pub(crate) fn compare<R: Read + Seek>(
     recorded: Reader<R>,
     flown: Reader<R>,
     with_requests: bool,

@@ -50,7 +50,7 @@ impl Difference {
 
     /// The UAVs whose messages differ in the tick of the first difference. All that the others decide in this tick is as
     /// before, so these decided otherwise first.
-    pub(super) fn uavs(&self) -> &[UavId] {
+    pub(crate) fn uavs(&self) -> &[UavId] {
         &self.uavs
     }
 }

@@ -13,8 +13,9 @@ use crate::{
     simulated,
 };
 use anyhow::bail;
-use comparison::{Comparison, compare};
-use difference::Difference;
+use comparison::Comparison;
+pub(crate) use comparison::compare;
+pub(crate) use difference::Difference;
 use requests::{is_refused_request, is_request};
 use ringwing_bus::Placement;
 use ringwing_flight::{Part, TimedEvent, UavId, counted};
