@@ -94,7 +94,7 @@ pub fn broken_in_cpp() -> Option<&'static str> {
 }
 
 fn ring_of(program: &str) -> Finished {
-    let run = Swarm::fly("paper-4.1").agent(&format!("all={program} --gain 0.4")).finish();
+    let run = Swarm::fly("paper-4.1").agent(&format!("all={program} --gain 0.6")).finish();
     run.assert_ended_with(0);
     run
 }
@@ -175,7 +175,8 @@ fn the_controller_in_c_of_the_manual_flies_with_the_static_library() {
     succeeds(compile);
     let agent = format!("3={}", program.display());
     let run = Swarm::fly("paper-4.1").with("--duration 5").agent(&agent).finish();
-    run.assert_ended_with(0);
+    // It leaves the formation, which violates a requirement.
+    run.assert_ended_with(3);
     let (first, last) = (&run.log().states(3)[0], run.log().states(3).pop().unwrap());
     assert_eq!(last.heading_rad, first.heading_rad, "it flies straight on");
 }
@@ -194,5 +195,5 @@ fn cmake_finds_the_installed_library() {
     build.arg("--build").arg(folder.path());
     succeeds(build);
     let agent = format!("3={}", folder.path().join("consensus").display());
-    Swarm::fly("paper-4.1").with("--duration 5").agent(&agent).finish().assert_ended_with(0);
+    Swarm::fly("paper-4.1").agent(&agent).finish().assert_ended_with(0);
 }
