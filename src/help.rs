@@ -15,7 +15,7 @@ const INDENT: usize = 14;
 const GROUPS: [(&str, &[&str]); 7] = [
     ("Fly a swarm", &["run", "watch", "fault", "pause", "step", "resume"]),
     ("Look at a flight", &["review", "replay", "verify", "compare", "recover"]),
-    ("Find out what a formation stands", &["sweep", "margin", "hunt", "shrink"]),
+    ("Find out what a formation can take", &["sweep", "margin", "hunt", "shrink"]),
     ("Check your own controller", &["conform"]),
     ("Measure how long a tick takes", &["bench"]),
     (

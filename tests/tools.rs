@@ -96,6 +96,22 @@ fn two_flights_are_drawn_over_each_other() {
 }
 
 #[test]
+fn review_leaves_a_folder_with_other_files_alone() {
+    let run = Swarm::fly("paper-4.1").with("--duration 3 --simulated").finish();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("mine.txt"), "").unwrap();
+    let (code, _, stderr) = tool(&["review", text(&log_of(&run)), "--out", text(folder.path())]);
+    assert!(code == Some(2) && stderr.contains("has files that no review has made"), "{stderr}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    // The folder of an earlier review is its own.
+    for _ in 0..2 {
+        let (code, _, stderr) =
+            tool(&["review", text(&log_of(&run)), "--out", text(&folder.path().join("pages"))]);
+        assert_ne!(code, Some(2), "{stderr}");
+    }
+}
+
+#[test]
 fn review_draws_a_timeline_of_the_events() {
     let run = Swarm::fly("dropout").with("--duration 32").finish();
     tool(&["review", text(&log_of(&run))]);

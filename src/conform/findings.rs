@@ -4,7 +4,7 @@
 
 use ringwing_flight::{Event, Part, Tick, TimedEvent};
 use ringwing_recorder::{
-    log::{reader::Reader, replay::Replayed},
+    log::reader::{Reader, Replayed},
     metrics::{Frame, UavFrame},
 };
 use ringwing_scenario::Scenario;

@@ -5,7 +5,7 @@
 use super::checks::Check;
 use crate::output::{BAD, DOUBTFUL, GOOD, is_coloured, painted};
 use serde::Serialize;
-use std::{io, path::PathBuf};
+use std::{io, iter, path::PathBuf};
 
 /// How a check ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -78,11 +78,9 @@ impl Row {
         };
         // Pad outside the style: escape sequences count as characters.
         let pad = " ".repeat(9 - word.len());
-        let mut text = format!("  {}{pad}{:11}{}\n", shown(style, word), self.check, self.asks);
-        for reason in &self.reasons {
-            text += &format!("             {reason}\n");
-        }
-        text
+        let line = format!("  {}{pad}{:11}{}\n", shown(style, word), self.check, self.asks);
+        let reasons = self.reasons.iter().map(|reason| format!("             {reason}\n"));
+        iter::once(line).chain(reasons).collect()
     }
 }
 

@@ -13,7 +13,7 @@ mod table;
 pub(crate) use flight::LoggedFlight;
 
 use crate::{
-    config,
+    WrongUsage, config,
     output::{tell, warn_of},
     summary,
 };
@@ -25,6 +25,9 @@ use std::{
     path::{Path, PathBuf},
     process::ExitCode,
 };
+
+/// The page, in the folder of the figures.
+const PAGE: &str = "index.html";
 
 /// Which flight to review.
 #[derive(Debug, clap::Args)]
@@ -49,6 +52,9 @@ pub(crate) struct ReviewArgs {
 
 /// Prints the summary and draws the figures; the exit code is that of the flight, or of the worse one of two.
 pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
+    if let Some(folder) = &args.out {
+        refuse_foreign(folder)?;
+    }
     // Read both logs before printing: an unreadable second one must not follow half of the output.
     let flights = iter::once(&args.log)
         .chain(&args.other)
@@ -68,7 +74,7 @@ pub(crate) fn run(args: &ReviewArgs) -> anyhow::Result<ExitCode> {
             write(&folder.join("flight.svg"), &animation::svg(flight))?;
         }
         if !args.json {
-            tell(&format!("  figures  {}", folder.join("index.html").display()));
+            tell(&format!("  figures  {}", folder.join(PAGE).display()));
         }
     }
     let worst = flights.iter().map(|flight| flight.summary.verdict).max().unwrap_or(Verdict::Failed);
@@ -93,7 +99,17 @@ fn draw(flights: &[LoggedFlight], folder: &Path) -> anyhow::Result<()> {
     }
     // The page comes last: once it is there, all that it links to is there, too.
     let named = names.iter().map(|name| (*name).to_owned()).zip(flights);
-    write(&folder.join("index.html"), &page::page(&named.collect::<Vec<_>>(), &figures))
+    write(&folder.join(PAGE), &page::page(&named.collect::<Vec<_>>(), &figures))
+}
+
+/// Refuses a folder that has something else, such as the user's sources: dozens of figures are hard to pick out of it again.
+fn refuse_foreign(folder: &Path) -> Result<(), WrongUsage> {
+    let is_empty = fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
+    if is_empty || folder.join(PAGE).exists() {
+        return Ok(());
+    }
+    let why = "has files that no review has made: choose another folder with --out";
+    Err(WrongUsage(format!("{}: {why}", folder.display())))
 }
 
 fn write(path: &Path, text: &str) -> anyhow::Result<()> {

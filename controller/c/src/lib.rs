@@ -26,7 +26,7 @@ const MISUSED: c_int = 2;
 /// Flies a UAV with the callbacks of the program until the flight ends; to be called once, from main, with the arguments of main.
 ///
 /// Returns the exit code for main: 0 after the flight, 1 if the program cannot take part in the run, 2 if the arguments do
-/// not name a run, or if size_bytes is not that of this version or step is NULL. What is wrong is on standard error. `user` is
+/// not name a run, or if `size_bytes` is not that of this version or step is NULL. What is wrong is on standard error. `user` is
 /// passed on to the callbacks and may be NULL.
 ///
 /// # Safety

@@ -226,8 +226,8 @@ pub struct RingwingStart {
     pub uavs: u32,
 }
 
-/// The functions of a controller. `user` is what was passed to ringwing_controller_main; nothing but these functions uses it. All calls
-/// come from the thread that called ringwing_controller_main.
+/// The functions of a controller. `user` is what was passed to `ringwing_controller_main`; nothing but these functions uses it. All calls
+/// come from the thread that called `ringwing_controller_main`.
 ///
 /// In C++, declare the functions noexcept: an exception that leaves one then ends the program with its message. Otherwise
 /// it ends the program without it. A program that cannot fly may also call exit.

@@ -62,9 +62,7 @@ pub fn named_in(runs: &Path, argument: &Path) -> PathBuf {
     let in_default = runs.join(argument);
     // What the user can see in the working folder comes first.
     let is_bare = argument.components().count() == 1;
-    if is_bare && argument.symlink_metadata().is_err() && in_default.is_dir() {
-        in_default
-    } else {
-        argument.to_owned()
-    }
+    // An error about `latest` has to say where it was looked for: people forget in which folder they flew.
+    let is_run = in_default.is_dir() || argument == Path::new(LATEST);
+    if is_bare && argument.symlink_metadata().is_err() && is_run { in_default } else { argument.to_owned() }
 }
