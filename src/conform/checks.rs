@@ -3,7 +3,7 @@
 //! Never knows the controller: every check is the same for all of them.
 
 use super::findings::Findings;
-use ringwing_scenario::{AgentSection, Fault, Reading, Scenario, ScenarioError, Setting, Source};
+use ringwing_scenario::{Fault, Reading, Scenario, ScenarioError, Setting, Source};
 
 /// Largest slot error at the end of a flight that counts as in formation. More lets a controller pass that never forms the ring;
 /// less fails laws that end with a small constant error.
@@ -84,8 +84,8 @@ impl Check {
         Self { faults, ..self }
     }
 
-    /// What to fly, with `controller` for all UAVs, or with the built-in law.
-    pub(super) fn scenario(&self, controller: Option<&AgentSection>) -> Result<Scenario, ScenarioError> {
+    /// What to fly.
+    pub(super) fn scenario(&self) -> Result<Scenario, ScenarioError> {
         let source = Source {
             name: format!("check {}", self.name),
             text: format!(
@@ -97,8 +97,7 @@ impl Check {
         let settings: Vec<Setting> =
             self.settings.iter().filter_map(|text| Setting::parse(text).ok()).collect();
         let faults: Vec<Fault> = self.faults.iter().filter_map(|sentence| sentence.parse().ok()).collect();
-        let reading = Reading::read(&source, &settings)?.with_faults(&faults)?;
-        Ok(reading.with_agents(controller.map(std::slice::from_ref).unwrap_or_default())?.scenario)
+        Ok(Reading::read(&source, &settings)?.with_faults(&faults)?.scenario)
     }
 
     /// Why the flight does not show what it has to; empty if it does.

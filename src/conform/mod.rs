@@ -8,7 +8,6 @@ mod report;
 
 use crate::{
     VIOLATED, WrongUsage,
-    launcher::{LaunchError, Outcome, Plan, launch},
     output::{print, tell},
     run::check_out,
     verify,
@@ -17,13 +16,14 @@ use anyhow::bail;
 use checks::{CHECKS, Check, Demand};
 use findings::Findings;
 use report::{Grade, Latency, Report, Row};
-use ringwing_bus::Placement;
+use ringwing_bus::StopFlag;
 use ringwing_recorder::log::reader::Reader;
-use ringwing_scenario::{AgentSection, Scenario, start};
+use ringwing_scenario::{AgentSection, Scenario};
+use serde::Deserialize;
 use std::{
-    collections::BTreeSet,
+    fs,
     path::{Path, PathBuf},
-    process::ExitCode,
+    process::{Command, ExitCode, Output},
 };
 
 /// The check whose flight tells how long decisions take: a plain one, long enough for a distribution.
@@ -62,23 +62,27 @@ impl ConformArgs {
 pub(crate) fn run(args: &ConformArgs) -> anyhow::Result<ExitCode> {
     check_out(&args.out)?;
     let controller = controller(args)?;
-    let name = controller.as_ref().map_or_else(|| "the built-in law".into(), AgentSection::command_line);
+    let name = args.command.clone().unwrap_or_else(|| "the built-in law".into());
     if !args.json {
         tell(&format!("{name}, flying all UAVs of each check; flights are in {}\n", args.out.display()));
     }
-    let (rows, latency) = fly(args, controller.as_ref())?;
+    let (rows, latency) = fly(args, controller.as_deref())?;
     let report = Report::new(name, rows, latency);
     print(&if args.json { report.to_json()? } else { report.end() });
     Ok(if report.is_fit() { ExitCode::SUCCESS } else { ExitCode::from(VIOLATED) })
 }
 
 /// The result of each check, and how long decisions take.
-fn fly(args: &ConformArgs, controller: Option<&AgentSection>) -> anyhow::Result<(Vec<Row>, Option<Latency>)> {
+fn fly(args: &ConformArgs, controller: Option<&str>) -> anyhow::Result<(Vec<Row>, Option<Latency>)> {
+    let stop = StopFlag::on_signals()?;
     let (mut rows, mut latency, mut answers) = (Vec::new(), None, true);
     for check in CHECKS.iter().filter(|check| args.names(check)) {
         // A controller that does not even answer would fail each check, and each after a long wait.
         let row = if answers {
             let found = flown(check, controller, &args.out)?;
+            if stop.is_set() || found.is_interrupted {
+                bail!("interrupted: the report would lack checks");
+            }
             let row = Row::flown(check, check.reasons(&found), found.folders);
             if check.name == TIMED {
                 latency = Latency::of(found.compute_us);
@@ -96,23 +100,23 @@ fn fly(args: &ConformArgs, controller: Option<&AgentSection>) -> anyhow::Result<
     Ok((rows, latency))
 }
 
-/// The program that flies all UAVs; `None` for the built-in law.
-fn controller(args: &ConformArgs) -> Result<Option<AgentSection>, WrongUsage> {
+/// What `run --agent` says about the program that flies all UAVs; `None` for the built-in law.
+fn controller(args: &ConformArgs) -> Result<Option<String>, WrongUsage> {
     let Some(command) = &args.command else { return Ok(None) };
-    // The same words as for `run --agent`, so that both read a command alike.
-    AgentSection::parse(&format!("all={command}"))
-        .map(Some)
-        .map_err(|_| WrongUsage(format!("COMMAND {command:?}: expected a program and its arguments")))
+    let agent = format!("all={command}");
+    // Check the words here: an error of `run` would name a flag that the user has not written.
+    AgentSection::parse(&agent)
+        .map_err(|_| WrongUsage(format!("COMMAND {command:?}: expected a program and its arguments")))?;
+    Ok(Some(agent))
 }
 
 /// Flies a check, twice if it compares two flights, and reads what it showed.
-fn flown(check: &Check, controller: Option<&AgentSection>, out: &Path) -> anyhow::Result<Findings> {
-    let scenario = check.scenario(controller)?;
-    start::states(&scenario)?;
-    let (first, mut found) = one_flight(&scenario, out)?;
+fn flown(check: &Check, controller: Option<&str>, out: &Path) -> anyhow::Result<Findings> {
+    let scenario = check.scenario()?;
+    let (first, mut found) = one_flight(&scenario, controller, out)?;
     // A second flight of a controller that breaks would tell nothing.
     if check.demand == Demand::Repeats && found.failures.is_empty() {
-        let (second, again) = one_flight(&scenario, out)?;
+        let (second, again) = one_flight(&scenario, controller, out)?;
         found.failures.extend(again.failures);
         found.folders.extend(again.folders);
         let compared = verify::compare(Reader::open(&first)?, Reader::open(&second)?, false);
@@ -130,42 +134,47 @@ fn told(difference: &verify::Difference) -> String {
     )
 }
 
+/// What a check takes from the summary of a run.
+#[derive(Deserialize)]
+struct Run {
+    failures: Vec<String>,
+    log: Option<PathBuf>,
+}
+
 /// One flight: its folder, and what it showed.
-fn one_flight(scenario: &Scenario, out: &Path) -> anyhow::Result<(PathBuf, Findings)> {
-    let Outcome { folder, failures, .. } = launch(&plan(scenario.clone(), out)).map_err(refusal)?;
-    let found = Findings::of(&folder, scenario)?;
-    if found.is_interrupted {
-        bail!("interrupted: the report would lack checks");
-    }
+fn one_flight(
+    scenario: &Scenario,
+    controller: Option<&str>,
+    out: &Path,
+) -> anyhow::Result<(PathBuf, Findings)> {
+    let Run { failures, log } = run_apart(scenario, controller, out)?;
+    let Some(folder) = log.as_deref().and_then(Path::parent) else {
+        bail!("check {}: the flight has no log", scenario.name)
+    };
+    let found = Findings::of(folder, scenario)?;
     // What fails without a controller's fault says nothing about it.
-    if let Some(failure) = failures.first().filter(|_| found.failures.is_empty()) {
+    if let Some(failure) = failures.first().filter(|_| found.failures.is_empty() && !found.is_interrupted) {
         bail!("check {}: the flight failed: {failure}; its folder is {}", scenario.name, folder.display());
     }
-    Ok((folder, found))
+    Ok((folder.to_owned(), found))
 }
 
-/// A program that cannot be started is a mistake in the command line, and no controller that is not fit.
-fn refusal(error: LaunchError) -> anyhow::Error {
-    match error {
-        LaunchError::Program { .. } => WrongUsage(error.to_string()).into(),
-        other => other.into(),
-    }
-}
-
-fn plan(scenario: Scenario, out: &Path) -> Plan {
-    Plan {
-        scenario,
-        out: out.to_owned(),
-        record: true,
-        timing: true,
-        by_hand: BTreeSet::new(),
-        quiet: true,
-        recorder: true,
-        measure: None,
-        placement: Placement::default(),
-        lock_memory: false,
-        live: None,
-    }
+/// Flies in a process of its own: the launcher owns the signals and children of its process, so a process launches one swarm.
+fn run_apart(scenario: &Scenario, controller: Option<&str>, out: &Path) -> anyhow::Result<Run> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("check.toml");
+    fs::write(&file, scenario.to_toml())?;
+    let mut command = Command::new("/proc/self/exe");
+    command.arg("run").arg(&file).args(["--json", "--out"]).arg(out);
+    // On the command line, relative paths count from the user's working folder.
+    command.args(controller.iter().flat_map(|agent| ["--agent", agent]));
+    let Output { stdout, stderr, .. } = command.output()?;
+    // Without a summary nothing was flown, for instance because there is no such program.
+    serde_json::from_slice(&stdout).map_err(|_| {
+        let text = String::from_utf8_lossy(&stderr);
+        let text = text.trim();
+        WrongUsage(text.strip_prefix("error: ").unwrap_or(text).to_owned()).into()
+    })
 }
 
 #[cfg(test)]
