@@ -16,3 +16,4 @@ mod shapes;
 mod storm;
 mod theory;
 mod turning;
+mod wind;

@@ -1,9 +1,11 @@
-//! The body of one fixed-wing UAV: flies the motion of Eq. (1) as commanded, within the limits of Eq. (2).
+//! The body of one fixed-wing UAV: flies the motion of Eq. (1) as commanded, within the limits of Eq. (2), and drifts with the
+//! wind. Speed and heading are those through the air.
 //!
 //! Never trusts a command: the airframe stays within its limits whatever an agent sends, and its failsafe takes over
 //! when the agent stays silent.
 
-use nalgebra::Point2;
+use crate::wind::Wind;
+use nalgebra::{Point2, Vector2};
 use ringwing_flight::{Command, FlightMode, Pose, Tick, UavId};
 use ringwing_scenario::{Failsafe, Scenario, StartState};
 
@@ -42,6 +44,10 @@ pub struct Airframe {
     /// The tick of the newest command taken, `None` before the first.
     newest_command: Option<Tick>,
     abilities: Abilities,
+    /// `None` in still air.
+    wind: Option<Wind>,
+    /// The wind over the last tick.
+    wind_m_s: Vector2<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,14 +77,24 @@ impl Airframe {
             // A listed heading may be up to one turn, but payloads promise (-pi, pi].
             heading_rad: ringwing_flight::wrap(start.heading_deg.to_radians()),
         };
+        let wind = Wind::new(scenario, uav);
+        let wind_m_s =
+            wind.as_ref().map_or_else(Vector2::zeros, |wind| wind.velocity_m_s(start_pose.heading_rad));
+        let mut pose = start_pose.after(start.speed_m_s, 0.0, -abilities.period_s);
+        if wind.is_some() {
+            // The first step drifts as well, and has to end at the start.
+            pose.position -= wind_m_s * abilities.period_s;
+        }
         Self {
             uav,
-            pose: start_pose.after(start.speed_m_s, 0.0, -abilities.period_s),
+            pose,
             speed_m_s: start.speed_m_s,
             turn_rate_rad_s: 0.0,
             mode: FlightMode::COMMANDED,
             newest_command: None,
             abilities,
+            wind,
+            wind_m_s,
         }
     }
 
@@ -95,6 +111,11 @@ impl Airframe {
     /// Speed in m/s and turn rate in rad/s over the last tick, or those just commanded.
     pub fn rates(&self) -> (f64, f64) {
         (self.speed_m_s, self.turn_rate_rad_s)
+    }
+
+    /// The velocity of the air at the airframe over the last tick; zero in still air.
+    pub fn wind_m_s(&self) -> Vector2<f64> {
+        self.wind_m_s
     }
 
     /// What flies it: commands, or its failsafe.
@@ -172,8 +193,18 @@ impl Airframe {
         if takes_over {
             self.enter_failsafe();
         }
+        let heading_rad = self.pose.heading_rad;
         self.pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, self.abilities.period_s);
+        self.drift(now, heading_rad);
         takes_over
+    }
+
+    /// Lets the air carry the airframe through a tick at whose beginning it headed for `heading_rad`.
+    fn drift(&mut self, now: Tick, heading_rad: f64) {
+        let Some(wind) = &mut self.wind else { return };
+        self.wind_m_s = wind.velocity_m_s(heading_rad);
+        self.pose.position += self.wind_m_s * self.abilities.period_s;
+        wind.advance(now, self.speed_m_s);
     }
 
     fn enter_failsafe(&mut self) {
@@ -228,6 +259,54 @@ mod tests {
         let mut airframe = airframe(Failsafe::Loiter);
         assert_eq!(airframe.accept(&command(-1, 15.0, 0.0), Tick::APPROACH), Ok(()));
         assert_eq!(airframe.accept(&command(-1, 15.0, 0.0), Tick::APPROACH), Err(Refusal::Stale));
+    }
+
+    /// An airframe in a wind of 6 m/s from the south.
+    fn in_wind(turbulence_m_s: f64) -> Airframe {
+        let mut scenario = Scenario::default();
+        (scenario.wind.mean_speed_m_s, scenario.wind.from_deg) = (6.0, -90.0);
+        scenario.wind.turbulence_m_s = turbulence_m_s;
+        Airframe::new(&scenario, UavId(3), &START)
+    }
+
+    #[test]
+    fn an_airframe_arrives_at_its_start_in_any_wind() {
+        for turbulence_m_s in [0.0, 15.4] {
+            let mut airframe = in_wind(turbulence_m_s);
+            airframe.step(Tick::APPROACH);
+            assert!((airframe.pose().position - Point2::from(START.position_m)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_steady_wind_makes_the_triangle_of_heading_course_and_drift() {
+        let mut airframe = in_wind(0.0);
+        airframe.step(Tick::APPROACH);
+        for tick in 0..200 {
+            airframe.accept(&command(tick, 20.0, 0.0), Tick(tick)).unwrap();
+            airframe.step(Tick(tick));
+        }
+        // Two seconds: 40 m along the heading of 20 degrees, and 12 m to the north.
+        let heading_rad = 20_f64.to_radians();
+        let way = Vector2::new(40.0 * heading_rad.cos(), 40.0 * heading_rad.sin() + 12.0);
+        assert!((airframe.pose().position - Point2::from(START.position_m) - way).norm() < 1e-9);
+        assert!((airframe.pose().heading_rad - heading_rad).abs() < 1e-12 && airframe.rates() == (20.0, 0.0));
+        assert!((airframe.wind_m_s() - Vector2::new(0.0, 6.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn an_airframe_that_circles_drifts_with_the_wind() {
+        let mut airframe = in_wind(0.0);
+        // The failsafe turns at 0.25 rad/s, so that a circle takes 8 pi s; 2513 ticks are that but for 3 ms.
+        for tick in 0..100 {
+            airframe.step(Tick(tick));
+        }
+        let before = airframe.pose().position;
+        for tick in 100..2613 {
+            airframe.step(Tick(tick));
+        }
+        let drift = airframe.pose().position - before;
+        assert!((drift - Vector2::new(0.0, 6.0 * 25.13)).norm() < 0.1, "{drift}");
     }
 
     #[test]

@@ -11,6 +11,7 @@ mod places;
 #[cfg(test)]
 mod tests;
 mod violation;
+mod wind;
 
 pub(crate) use violation::{Blame, Violation};
 
@@ -58,6 +59,7 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(membership(scenario));
     violations.extend(safety(scenario));
     violations.extend(sensing(scenario));
+    violations.extend(wind::quantities(scenario));
     violations.extend(leader(scenario));
     violations.extend(leader_path::leader_path(scenario));
     violations.extend(airframe(scenario));
@@ -73,6 +75,10 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(agents::agents(scenario));
     violations.extend(faults(scenario));
     // The geometry of wrong quantities has no meaning.
+    if violations.is_empty() {
+        violations.extend(wind::through_the_air(scenario));
+    }
+    // A manoeuvre needs what speed the wind leaves over.
     if violations.is_empty() {
         violations.extend(manoeuvres::follow(scenario));
     }
@@ -138,6 +144,7 @@ fn control(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         quantity("control.heading_gain_rad_per_m", control.heading_gain_rad_per_m).above_zero(),
         quantity("control.trust_time_s", control.trust_time_s).timeout(TIMEOUT_MAX_S),
         quantity("control.gain_reach_spacings", control.gain_reach_spacings).above_zero(),
+        quantity("control.wind_time_s", control.wind_time_s).timeout(TIMEOUT_MAX_S),
     ]
     .into_iter()
     .flatten()
@@ -278,6 +285,7 @@ fn requirements(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         ("requirements.settling_max_s", required.settling_max_s),
         ("requirements.recovery_max_s", required.recovery_max_s),
         ("requirements.slot_error_max_m", required.slot_error_max_m),
+        ("requirements.keeping_error_rms_max_m", required.keeping_error_rms_max_m),
     ]
     .into_iter()
     .filter_map(|(key, value)| quantity(key, value?).not_below_zero())
