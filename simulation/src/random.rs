@@ -61,6 +61,7 @@ pub fn scenario(seed: u64) -> Scenario {
     dice.set_manoeuvre(&mut scenario);
     dice.set_path(&mut scenario);
     dice.set_wind(&mut scenario);
+    dice.break_airframe(&mut scenario);
     scenario
 }
 

@@ -4,6 +4,7 @@
 
 mod support;
 
+mod airframes;
 mod dead_reckoning;
 mod force_limit;
 mod paper;

@@ -4,10 +4,16 @@
 //! Never trusts a command: the airframe stays within its limits whatever an agent sends, and its failsafe takes over
 //! when the agent stays silent.
 
-use crate::wind::Wind;
+use crate::{
+    response::{Rates, Response},
+    wind::Wind,
+};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{Command, FlightMode, Pose, Tick, UavId};
-use ringwing_scenario::{Failsafe, Scenario, StartState};
+use ringwing_scenario::{
+    Failsafe, Scenario, StartState,
+    fault::schedule::{AirframeFailure, AirframeFault},
+};
 
 /// Why an airframe does not take a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -38,8 +44,12 @@ const SILENT_TICKS: i64 = 3;
 pub struct Airframe {
     uav: UavId,
     pose: Pose,
-    speed_m_s: f64,
-    turn_rate_rad_s: f64,
+    /// What it flies.
+    flown: Rates,
+    /// What it was told, within its limits.
+    wanted: Rates,
+    response: Response,
+    failures: Failures,
     mode: FlightMode,
     /// The tick of the newest command taken, `None` before the first.
     newest_command: Option<Tick>,
@@ -48,6 +58,15 @@ pub struct Airframe {
     wind: Option<Wind>,
     /// The wind over the last tick.
     wind_m_s: Vector2<f64>,
+}
+
+/// What a broken airframe cannot do.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Failures {
+    /// The highest speed that is left.
+    weak_m_s: Option<f64>,
+    /// The turn rate at which it is stuck.
+    jammed_rad_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,11 +104,14 @@ impl Airframe {
             // The first step drifts as well, and has to end at the start.
             pose.position -= wind_m_s * abilities.period_s;
         }
+        let flown = Rates { speed_m_s: start.speed_m_s, turn_rate_rad_s: 0.0 };
         Self {
             uav,
             pose,
-            speed_m_s: start.speed_m_s,
-            turn_rate_rad_s: 0.0,
+            flown,
+            wanted: flown,
+            response: Response::new(limits),
+            failures: Failures::default(),
             mode: FlightMode::COMMANDED,
             newest_command: None,
             abilities,
@@ -108,9 +130,10 @@ impl Airframe {
         &self.pose
     }
 
-    /// Speed in m/s and turn rate in rad/s over the last tick, or those just commanded.
+    /// Speed through the air in m/s and turn rate in rad/s over the last tick; or those just commanded, if the airframe does at once
+    /// what it is told.
     pub fn rates(&self) -> (f64, f64) {
-        (self.speed_m_s, self.turn_rate_rad_s)
+        (self.flown.speed_m_s, self.flown.turn_rate_rad_s)
     }
 
     /// The velocity of the air at the airframe over the last tick; zero in still air.
@@ -160,8 +183,10 @@ impl Airframe {
         self.check(command, now)?;
         // The check has refused NaN, which a clamp would let through.
         let Abilities { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s, .. } = self.abilities;
-        self.speed_m_s = command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s);
-        self.turn_rate_rad_s = command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s);
+        self.go_for(Rates {
+            speed_m_s: command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s),
+            turn_rate_rad_s: command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s),
+        });
         self.newest_command = Some(command.tick);
         // Any command that is taken ends a failsafe, so that a thawed or restarted agent can fly its UAV again.
         self.mode = FlightMode::COMMANDED;
@@ -185,6 +210,18 @@ impl Airframe {
         }
     }
 
+    /// Breaks the airframe as those of `faults` say that are on at `now` and are its own, and mends it otherwise. Of several failures of
+    /// one kind, the last one counts.
+    pub fn break_as(&mut self, faults: &[AirframeFault], now: Tick) {
+        self.failures = Failures::default();
+        for fault in faults.iter().filter(|fault| fault.uav == self.uav && fault.is_on(now)) {
+            match fault.failure {
+                AirframeFailure::Weak(most_m_s) => self.failures.weak_m_s = Some(most_m_s),
+                AirframeFailure::Jammed(rate_rad_s) => self.failures.jammed_rad_s = Some(rate_rad_s),
+            }
+        }
+    }
+
     /// Flies from `now` to the next tick. Returns whether the failsafe takes over.
     pub fn step(&mut self, now: Tick) -> bool {
         // An agent that has sent nothing yet counts as silent since the flight's first tick.
@@ -193,8 +230,10 @@ impl Airframe {
         if takes_over {
             self.enter_failsafe();
         }
+        self.flown = self.response.after(self.flown, self.attainable(), self.abilities.period_s);
         let heading_rad = self.pose.heading_rad;
-        self.pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, self.abilities.period_s);
+        self.pose =
+            self.pose.after(self.flown.speed_m_s, self.flown.turn_rate_rad_s, self.abilities.period_s);
         self.drift(now, heading_rad);
         takes_over
     }
@@ -204,17 +243,41 @@ impl Airframe {
         let Some(wind) = &mut self.wind else { return };
         self.wind_m_s = wind.velocity_m_s(heading_rad);
         self.pose.position += self.wind_m_s * self.abilities.period_s;
-        wind.advance(now, self.speed_m_s);
+        wind.advance(now, self.flown.speed_m_s);
     }
 
     fn enter_failsafe(&mut self) {
-        (self.mode, self.speed_m_s, self.turn_rate_rad_s) = match self.abilities.failsafe {
-            Failsafe::Loiter => {
-                (FlightMode::LOITER, self.abilities.speed_min_m_s, self.abilities.turn_rate_max_rad_s / 2.0)
-            }
-            Failsafe::Hold => (FlightMode::HOLD, self.speed_m_s, 0.0),
-            Failsafe::Vanish => (FlightMode::VANISHED, self.speed_m_s, 0.0),
+        let Abilities { failsafe, speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities;
+        let straight = Rates { turn_rate_rad_s: 0.0, ..self.wanted };
+        let circle = Rates { speed_m_s: speed_min_m_s, turn_rate_rad_s: turn_rate_max_rad_s / 2.0 };
+        let (mode, wanted) = match failsafe {
+            Failsafe::Loiter => (FlightMode::LOITER, circle),
+            Failsafe::Hold => (FlightMode::HOLD, straight),
+            Failsafe::Vanish => (FlightMode::VANISHED, straight),
         };
+        self.mode = mode;
+        self.go_for(wanted);
+    }
+
+    /// What a broken airframe makes of what it was told. Even then it keeps its limits: it never flies slower than it can, nor turns
+    /// faster.
+    fn attainable(&self) -> Rates {
+        let Failures { weak_m_s, jammed_rad_s } = self.failures;
+        let Abilities { speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities;
+        let Rates { speed_m_s, turn_rate_rad_s } = self.wanted;
+        Rates {
+            speed_m_s: weak_m_s.map_or(speed_m_s, |most_m_s| speed_m_s.min(most_m_s.max(speed_min_m_s))),
+            turn_rate_rad_s: jammed_rad_s
+                .map_or(turn_rate_rad_s, |rate| rate.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s)),
+        }
+    }
+
+    fn go_for(&mut self, wanted: Rates) {
+        self.wanted = wanted;
+        // Others sense the rates before the next step.
+        if self.response.is_instant() {
+            self.flown = self.attainable();
+        }
     }
 }
 
@@ -292,6 +355,59 @@ mod tests {
         assert!((airframe.pose().position - Point2::from(START.position_m) - way).norm() < 1e-9);
         assert!((airframe.pose().heading_rad - heading_rad).abs() < 1e-12 && airframe.rates() == (20.0, 0.0));
         assert!((airframe.wind_m_s() - Vector2::new(0.0, 6.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn an_airframe_with_a_lag_approaches_its_command_and_its_failsafe() {
+        let mut scenario = Scenario::default();
+        (scenario.airframe.speed_lag_s, scenario.airframe.turn_lag_s) = (0.5, 0.2);
+        let mut airframe = Airframe::new(&scenario, UavId(3), &START);
+        for tick in 0..50 {
+            airframe.accept(&command(tick, 25.0, 0.4), Tick(tick)).unwrap();
+            airframe.step(Tick(tick));
+        }
+        let (speed_m_s, turn_rate_rad_s) = airframe.rates();
+        assert!((speed_m_s - (25.0 - 10.0 * (-1.0_f64).exp())).abs() < 1e-9, "{speed_m_s}");
+        assert!((turn_rate_rad_s - 0.4 * (1.0 - (-2.5_f64).exp())).abs() < 1e-9, "{turn_rate_rad_s}");
+        // Nothing more comes. The failsafe takes over, and after ten time constants it loiters.
+        for tick in 50..650 {
+            airframe.step(Tick(tick));
+        }
+        let (speed_m_s, turn_rate_rad_s) = airframe.rates();
+        assert!(airframe.mode() == FlightMode::LOITER && (speed_m_s - 12.0).abs() < 1e-3);
+        assert!((turn_rate_rad_s - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_broken_airframe_flies_what_is_left_and_is_whole_again_afterwards() {
+        let fault = |failure| AirframeFault {
+            number: 1,
+            uav: UavId(3),
+            begin: Tick(10),
+            end: Some(Tick(20)),
+            failure,
+        };
+        let of_another = AirframeFault { uav: UavId(2), ..fault(AirframeFailure::Jammed(0.3)) };
+        for (failure, broken) in [
+            (AirframeFailure::Weak(14.0), (14.0, 0.1)),
+            // It never flies slower than it can, nor turns faster.
+            (AirframeFailure::Weak(5.0), (12.0, 0.1)),
+            (AirframeFailure::Jammed(-0.2), (20.0, -0.2)),
+            (AirframeFailure::Jammed(2.0), (20.0, 0.5)),
+        ] {
+            let mut airframe = airframe(Failsafe::Hold);
+            let mut flown = Vec::new();
+            for tick in (0..30).map(Tick) {
+                airframe.accept(&command(tick.0, 20.0, 0.1), tick).unwrap();
+                airframe.break_as(&[fault(failure), of_another], tick);
+                airframe.step(tick);
+                flown.push(airframe.rates());
+            }
+            assert_eq!(
+                [flown[9], flown[10], flown[19], flown[20]],
+                [(20.0, 0.1), broken, broken, (20.0, 0.1)]
+            );
+        }
     }
 
     #[test]

@@ -20,7 +20,7 @@
 
 use crate::{Refusal, Sky};
 use ringwing_flight::{Collision, Command, Event, Sensed, Tick, Traffic, UavId, WorldReport};
-use ringwing_scenario::{Scenario, StartState};
+use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
 use std::collections::BTreeSet;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -121,6 +121,11 @@ impl Airspace {
             }
             Some(Sensing { sensed, traffic, wind_m_s: airframe.wind_m_s().into() })
         })
+    }
+
+    /// Replaces the faults of airframes, those of the scenario included.
+    pub fn set_airframe_faults(&mut self, faults: Vec<AirframeFault>) {
+        self.sky.set_airframe_faults(faults);
     }
 
     /// Takes the command that arrived from the agent of UAV `to`, in time or late.

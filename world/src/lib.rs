@@ -1,6 +1,6 @@
 //! Time, airframes, obstacles, intruders and collisions.
 //!
-//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, `wind` the air around it,
+//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, `response` how it gets to what it is told, `wind` the air around it,
 //! [`sky`] all of them among the obstacles, and [`airspace`] what a tick does to them, with the report on the flight.
 //! [`process`] is the operating-system process that drives the airspace.
 //!
@@ -15,6 +15,7 @@ mod encounters;
 mod intruder;
 mod obstacle;
 pub mod process;
+mod response;
 pub mod sky;
 mod wind;
 

@@ -42,6 +42,8 @@ const LOSS_TICKS_MIN: u32 = 4;
 /// Longest time that the collision filter may look ahead, or wait between two looks. Nothing that is farther ahead can be
 /// predicted.
 const HORIZON_MAX_S: f64 = 60.0;
+/// Longest lag of an airframe. With a longer one it would not follow commands within a flight.
+const LAG_MAX_S: f64 = 60.0;
 /// Smallest angle between two courses of the collision filter. A smaller one makes each look slow.
 const HEADING_STEP_MIN_DEG: f64 = 1.0;
 
@@ -239,6 +241,11 @@ fn airframe(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         speed_min.above_zero(),
         speed_min.below(quantity("airframe.speed_max_m_s", airframe.speed_max_m_s)),
         quantity("airframe.turn_rate_max_rad_s", airframe.turn_rate_max_rad_s).above_zero(),
+        quantity("airframe.speed_lag_s", airframe.speed_lag_s).within(0.0..=LAG_MAX_S),
+        quantity("airframe.acceleration_max_m_s2", airframe.acceleration_max_m_s2).not_below_zero(),
+        quantity("airframe.turn_lag_s", airframe.turn_lag_s).within(0.0..=LAG_MAX_S),
+        quantity("airframe.turn_acceleration_max_rad_s2", airframe.turn_acceleration_max_rad_s2)
+            .not_below_zero(),
         // A command arrives once per tick, so a shorter timeout would trigger the failsafe of a healthy UAV.
         shorter_than(quantity("airframe.command_timeout_s", airframe.command_timeout_s), 1, scenario),
         collision.not_below_zero(),

@@ -27,6 +27,7 @@ impl<P: TickProbe> World<'_, P> {
         let now = self.airspace.now();
         self.probe.tick_opened(now, opened_ns);
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
+        self.refresh_faults()?;
         self.ports.begin_journal(now);
         for Sensing { sensed, traffic, wind_m_s } in self.airspace.open_tick() {
             if let Some(traffic) = traffic {
