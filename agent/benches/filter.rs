@@ -2,7 +2,10 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::{Point2, Vector2};
-use ringwing_agent::{law::ControlInput, safety::CollisionFilter};
+use ringwing_agent::{
+    law::ControlInput,
+    safety::{CollisionFilter, Surroundings},
+};
 use ringwing_flight::{AircraftId, Pose, SensedAircraft, SensedObstacle, Tick, Traffic, UavId, direction};
 use ringwing_scenario::Scenario;
 use std::{f64::consts::TAU, hint::black_box};
@@ -40,6 +43,7 @@ fn filter_step(criterion: &mut Criterion) {
         velocity_m_s: [0.0; 2],
     };
     let obstacles = around(60.0).map(obstacle);
+    let around = Surroundings { obstacles: &obstacles, swarm_rad_s: 0.0, wind_m_s: Vector2::zeros() };
     let own = Pose { position: Point2::origin(), heading_rad: 0.0 };
     let wish = ControlInput { speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
     let mut now = Tick(0);
@@ -47,14 +51,7 @@ fn filter_step(criterion: &mut Criterion) {
         bencher.iter(|| {
             now = now.next();
             filter.receive(&traffic(now));
-            filter.apply(
-                now,
-                black_box(&own),
-                wish,
-                |_, _| Vector2::new(15.0, 0.0),
-                black_box(&obstacles),
-                0.0,
-            )
+            filter.apply(now, black_box(&own), wish, |_, _| Vector2::new(15.0, 0.0), black_box(&around))
         });
     });
 }

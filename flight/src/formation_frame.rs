@@ -50,7 +50,7 @@ impl FormationFrame {
     }
 }
 
-/// How the leader moves, seen in the frame in which the formation keeps its bearing.
+/// How the leader moves through the air, seen in the frame in which the formation keeps its bearing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameMotion {
     frame: FormationFrame,
@@ -59,18 +59,18 @@ pub struct FrameMotion {
 }
 
 impl FrameMotion {
-    /// Of a leader that moves like this.
-    pub fn new(frame: FormationFrame, leader: &PathMotion) -> Self {
-        let PathMotion { speed_m_s, turn_rate_rad_s, .. } = *leader;
+    /// Of a leader that moves like this over the ground, in a wind of this velocity.
+    pub fn new(frame: FormationFrame, leader: &PathMotion, wind_m_s: Vector2<f64>) -> Self {
+        let PathMotion { pose, speed_m_s, turn_rate_rad_s } = *leader;
         let velocity_m_s = match frame {
-            FormationFrame::Fixed => leader.velocity_m_s(),
+            FormationFrame::Fixed => leader.velocity_m_s() - wind_m_s,
             // In its own frame the leader always heads along the x axis.
-            FormationFrame::Leader => Vector2::new(speed_m_s, 0.0),
+            FormationFrame::Leader => Vector2::new(speed_m_s, 0.0) - turned(wind_m_s, -pose.heading_rad),
         };
         Self { frame, velocity_m_s, turn_rate_rad_s }
     }
 
-    /// The velocity over the ground, in this frame, of a place that rests at `offset_m` from the leader.
+    /// The velocity through the air, in this frame, of a place that rests at `offset_m` from the leader.
     pub fn velocity_m_s(&self, offset_m: Vector2<f64>) -> Vector2<f64> {
         self.frame.velocity_m_s(self.velocity_m_s, self.turn_rate_rad_s, offset_m)
     }

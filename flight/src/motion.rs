@@ -29,6 +29,16 @@ impl Pose {
             heading_rad: wrap(self.heading_rad + 2.0 * half_turn),
         }
     }
+
+    /// The pose after moving air has carried it for `duration_s`.
+    #[must_use]
+    pub fn carried(&self, wind_m_s: Vector2<f64>, duration_s: f64) -> Self {
+        // In still air, return the same bits: adding a zero could change the sign of a zero.
+        if wind_m_s == Vector2::zeros() {
+            return *self;
+        }
+        Self { position: self.position + wind_m_s * duration_s, ..*self }
+    }
 }
 
 /// The unit vector in the direction `heading_rad`: h of the paper.

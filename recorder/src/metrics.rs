@@ -12,10 +12,12 @@ mod chance;
 mod coherence;
 mod deviation;
 mod envelope;
+mod errors;
 mod fault_effects;
 mod frame;
 mod hold;
 mod intruders;
+mod keeping;
 mod links;
 mod lyapunov;
 mod obstacles;
@@ -43,9 +45,11 @@ use agreement::AgreementWatch;
 use avoidance::AvoidanceWatch;
 use chance::ChanceWatch;
 use envelope::Envelope;
+use errors::FormationErrors;
 use fault_effects::EffectWatch;
 use hold::Wholeness;
 use intruders::IntruderWatch;
+use keeping::KeepingWatch;
 use links::LinkTally;
 use lyapunov::LyapunovWatch;
 use nalgebra::Point2;
@@ -105,6 +109,7 @@ pub struct Metrics {
     disturbances: Vec<Disturbance>,
     agreement: AgreementWatch,
     closest: ClosestSoFar,
+    keeping: KeepingWatch,
     obstacles: Vec<ObstacleWatch>,
     intruders: Vec<IntruderWatch>,
     avoidance: AvoidanceWatch,
@@ -141,6 +146,7 @@ impl Metrics {
             disturbances: manoeuvres(scenario),
             agreement: AgreementWatch::default(),
             closest: ClosestSoFar::default(),
+            keeping: KeepingWatch::new(scenario),
             obstacles: scenario
                 .all_obstacles()
                 .iter()
@@ -243,6 +249,7 @@ impl Metrics {
     fn measure(&mut self, frame: &Frame) -> Moment {
         let mut errors = FormationErrors::default();
         frame.all_commanded().for_each(|state| errors.observe(state, frame));
+        self.keeping.observe(frame.tick, &errors);
         let (tick, sky) = (frame.tick, &mut self.sky);
         Moment {
             tick,
@@ -278,6 +285,7 @@ impl Metrics {
             commanded: self.moment.commanded,
             slot_error_max_m: self.moment.slot_error_max_m,
             slot_error_rms_m: self.moment.slot_error_rms_m,
+            keeping_error_rms_m: self.keeping.rms_m(),
             neighbour_error_max_m: self.moment.neighbour_error_max_m,
             radius_error_max_m: self.moment.radius_error_max_m,
             closest_pair: self.closest.pair(self.rate_hz),
@@ -332,50 +340,6 @@ fn manoeuvres(scenario: &Scenario) -> Vec<Disturbance> {
         is_fault: false,
     };
     numbered.map(disturbance).collect()
-}
-
-/// The errors of the UAVs that fly on command, in one tick.
-#[derive(Debug, Clone, Copy, Default)]
-struct FormationErrors {
-    commanded: u32,
-    slots: u32,
-    slot_squares_m2: f64,
-    slot_max_m: Option<f64>,
-    neighbour_max_m: Option<f64>,
-    radius_max_m: Option<f64>,
-}
-
-impl FormationErrors {
-    fn observe(&mut self, state: &TrueState, frame: &Frame) {
-        self.commanded += 1;
-        if let Some(error_m) = state.slot_error_m.filter(|error_m| error_m.is_finite()) {
-            self.slots += 1;
-            self.slot_squares_m2 += error_m * error_m;
-            raise(&mut self.slot_max_m, error_m);
-        }
-        let place = frame.ring.place(state.uav);
-        if let Some(distance_m) = state.leader_distance_m {
-            raise(&mut self.radius_max_m, (distance_m - place.radius_m).abs());
-        }
-        // Only the distance to the next neighbour, so that each pair counts once. A neighbour in its failsafe keeps no
-        // distance.
-        let next = place.next.filter(|next| frame.commanded(next.uav).is_some());
-        if let Some((next, distance_m)) = next.zip(state.next_distance_m) {
-            raise(&mut self.neighbour_max_m, (distance_m - next.rest_m).abs());
-        }
-    }
-
-    fn slot_rms_m(&self) -> Option<f64> {
-        (self.slots > 0).then(|| (self.slot_squares_m2 / f64::from(self.slots)).sqrt())
-    }
-}
-
-/// Raises `largest` to `value`.
-fn raise(largest: &mut Option<f64>, value: f64) {
-    // JSON writes an infinity as null. Leave it out here, so that the numbers are the same live and read again.
-    if value.is_finite() {
-        *largest = Some(largest.map_or(value, |largest| largest.max(value)));
-    }
 }
 
 impl Commands {

@@ -23,6 +23,8 @@ pub struct Summary {
     pub shape: ShapeName,
     /// The shape after the last manoeuvre.
     pub shape_at_end: ShapeName,
+    /// Whether the air stands still in all of the flight.
+    pub air_is_still: bool,
     /// The control law.
     pub law: Law,
     /// Ticks a second.
@@ -267,6 +269,7 @@ impl Summary {
             uavs: scenario.formation.uavs,
             shape: scenario.formation.shape,
             shape_at_end: scenario.shape_at(Tick(ticks)),
+            air_is_still: scenario.wind.is_still(),
             law: scenario.control.law,
             rate_hz: scenario.time.rate_hz,
             real_time: scenario.time.real_time,

@@ -2,7 +2,7 @@
 
 use crate::{
     log::Opening,
-    metrics::{Frame, TickSamples},
+    metrics::{AirframeSample, Frame, TickSamples},
     process::recording::Recording,
 };
 use nalgebra::Point2;
@@ -95,7 +95,8 @@ fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> TickSamples {
         let phase = time_s + f64::from(uav.0);
         let place = [slot.x + swing_m * phase.sin(), slot.y + swing_m * (1.3 * phase).cos()];
         let heading_rad = (0.1 * phase).sin() * swing_m;
-        samples.airframes[uav.index()] = Some((&Sensed { heading_rad, ..sensed(tick, uav.0, place) }).into());
+        let sensed = Sensed { heading_rad, ..sensed(tick, uav.0, place) };
+        samples.airframes[uav.index()] = Some(AirframeSample::new(&sensed, [0.0; 2]));
         let age = AgeTicks::between(Tick(tick - 1), Tick(tick));
         samples.accounts[uav.index()] = Some(Account {
             slot_m: slot.into(),

@@ -73,7 +73,7 @@ impl Everybody {
         });
         let entry = |uav: UavId| {
             let mut entry = JournalEntry::empty();
-            entry.set_sensed(&sensed(tick, uav, formation.slot(uav.0, centre.into()).into()));
+            entry.set_sensed(&sensed(tick, uav, formation.slot(uav.0, centre.into()).into()), [0.0; 2]);
             entry.set_account(&account(tick, uav));
             entry
         };

@@ -16,8 +16,10 @@ pub(crate) struct Unit {
 }
 
 /// The first match counts, so `_m` must come after the longer endings that end in it, such as `_rad_per_m`.
-static UNITS: [Unit; 9] = [
+static UNITS: [Unit; 11] = [
     Unit { suffix: "_rad_per_m", symbol: "rad/m", plural: "radians per metre" },
+    Unit { suffix: "_rad_s2", symbol: "rad/s2", plural: "radians per second squared" },
+    Unit { suffix: "_m_s2", symbol: "m/s2", plural: "metres per second squared" },
     Unit { suffix: "_rad_s", symbol: "rad/s", plural: "radians per second" },
     Unit { suffix: "_m_s", symbol: "m/s", plural: "metres per second" },
     Unit { suffix: "_spacings", symbol: "spacings", plural: "formation spacings" },

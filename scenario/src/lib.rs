@@ -28,7 +28,7 @@ pub use model::{
     FormationSection, GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection,
     LeaderStart, ManoeuvreSection, MembershipSection, ObstacleFieldSection, ObstacleSection, OffsetSection,
     PathKind, PathSection, RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName,
-    SlotOrder, StartSection, StartState, SupervisionSection, TimeSection, Wake, WaypointSection,
+    SlotOrder, StartSection, StartState, SupervisionSection, TimeSection, Wake, WaypointSection, WindSection,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, example_scenario, keys};

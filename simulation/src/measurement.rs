@@ -83,7 +83,8 @@ impl Frames {
     fn collect_samples(&mut self, simulation: &Simulation, tick: Tick) {
         self.samples.restart(tick.0);
         for uav in UavId::all(simulation.scenario().formation.uavs) {
-            self.samples.airframes[uav.index()] = simulation.sensed(uav).map(AirframeSample::from);
+            self.samples.airframes[uav.index()] =
+                simulation.sensed(uav).map(|sensed| AirframeSample::new(sensed, simulation.wind_m_s(uav)));
             self.samples.accounts[uav.index()] = simulation.account(uav).copied();
         }
         self.samples.leader = simulation.led().copied();

@@ -5,6 +5,8 @@
 //! the world, never takes the recorder away for long or at the end, and never has an answer so slow that the run gives up
 //! waiting.
 
+mod weather;
+
 use ringwing_flight::{FormationFrame, OnLoss, Turn, draw::Draws};
 use ringwing_scenario::{
     Action, Failsafe, Fault, IntruderSection, Law, LawSwitches, ManoeuvreSection, ObstacleSection, PathKind,
@@ -58,6 +60,8 @@ pub fn scenario(seed: u64) -> Scenario {
     scenario.sensing.radar_noise_m = dice.pick(&[0.0, 1.0]);
     dice.set_manoeuvre(&mut scenario);
     dice.set_path(&mut scenario);
+    dice.set_wind(&mut scenario);
+    dice.break_airframe(&mut scenario);
     scenario
 }
 
@@ -93,6 +97,7 @@ impl Dice {
             gain_fades,
             force_limited,
             turn_feed_forward,
+            wind_estimated,
             ring_closes,
             collision_filter,
         } = law.switches();
@@ -103,6 +108,7 @@ impl Dice {
         (control.trust_fades, control.gain_fades) = (trust_fades, gain_fades);
         (control.force_limited, control.ring_closes) = (force_limited, ring_closes);
         control.turn_feed_forward = turn_feed_forward;
+        control.wind_estimated = wind_estimated;
         control.collision_filter = collision_filter;
         // 0.1 s is five ticks at 50 Hz; validation refuses fewer than four.
         scenario.membership.loss_timeout_s = self.pick(&[0.1, 0.3, 1.0, 3.0]);

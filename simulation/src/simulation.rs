@@ -16,7 +16,7 @@ use ringwing_scenario::{
     fault::schedule::{LinkFault, ScheduledAction},
     start,
 };
-use ringwing_world::{Airspace, Sky};
+use ringwing_world::{Airspace, Sensing, Sky};
 use std::collections::VecDeque;
 
 /// One UAV's agent, and whether its process runs.
@@ -56,6 +56,8 @@ pub struct Simulation {
     accounts: Vec<Option<Account>>,
     /// Each UAV's senses in the tick flown last; `None` for one that has left the sky.
     sensed: Vec<Option<Sensed>>,
+    /// The velocity of the air at each UAV in the tick flown last.
+    winds_m_s: Vec<[f64; 2]>,
     links: Vec<LinkCounts>,
     /// What happened in the last step.
     events: Vec<TimedEvent>,
@@ -95,6 +97,7 @@ impl Simulation {
             link_faults: schedule.link_faults(),
             accounts: vec![None; uavs as usize],
             sensed: vec![None; uavs as usize],
+            winds_m_s: vec![[0.0; 2]; uavs as usize],
             links: Vec::new(),
             events: Vec::new(),
             pending: Vec::new(),
@@ -159,6 +162,11 @@ impl Simulation {
     /// What `uav` sensed in the tick flown last; `None` once it has left the sky.
     pub fn sensed(&self, uav: UavId) -> Option<&Sensed> {
         self.sensed[uav.index()].as_ref()
+    }
+
+    /// The velocity of the air at `uav` in the tick flown last, in m/s; zero in still air.
+    pub fn wind_m_s(&self, uav: UavId) -> [f64; 2] {
+        self.winds_m_s[uav.index()]
     }
 
     /// What the leader sent in the tick flown last; `None` if there was none, or it was frozen.
@@ -294,12 +302,13 @@ impl Simulation {
 
     fn publish_sensed(&mut self) {
         self.sensed.fill(None);
-        for (sensed, traffic) in self.airspace.open_tick() {
+        for Sensing { sensed, traffic, wind_m_s } in self.airspace.open_tick() {
             if let Some(traffic) = traffic {
                 self.air.traffic[sensed.uav.index()].push(traffic);
             }
             self.air.sensed[sensed.uav.index()].push(sensed);
             self.sensed[sensed.uav.index()] = Some(sensed);
+            self.winds_m_s[sensed.uav.index()] = wind_m_s;
         }
     }
 

@@ -4,6 +4,7 @@
 
 mod support;
 
+mod airframes;
 mod dead_reckoning;
 mod force_limit;
 mod paper;
@@ -16,3 +17,4 @@ mod shapes;
 mod storm;
 mod theory;
 mod turning;
+mod wind;

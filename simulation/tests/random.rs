@@ -60,6 +60,7 @@ fn the_same_random_scenario_gives_the_same_flight_and_every_kind_of_event_occurs
     let expected = [
         "collision",
         "failsafe",
+        "fault.airframe",
         "fault.freeze",
         "fault.healed",
         "fault.kill",

@@ -11,7 +11,7 @@ use ringwing_recorder::{
         meter::{LogMeter, Measured},
         reader::{Reader, Replayed},
     },
-    metrics::{ControlTerms, Frame, UavFrame, deviation_m},
+    metrics::{ControlTerms, Frame, TrueState, UavFrame, deviation_m},
     summary::LogFindings,
 };
 use ringwing_scenario::Scenario;
@@ -32,6 +32,10 @@ pub(crate) struct UavColumns {
     pub(crate) speed_m_s: Column,
     pub(crate) turn_rate_rad_s: Column,
     pub(crate) repulsion_m: Column,
+    /// Speed of the air; absent while it stands still.
+    pub(crate) wind_m_s: Column,
+    /// How far the agent's estimate of the wind is off; absent in still air.
+    pub(crate) wind_error_m_s: Column,
     /// Age of the oldest data that its agent used.
     pub(crate) age_s: Column,
     /// How far it is from where it would be without the faults; empty if nobody asked for it.
@@ -183,6 +187,8 @@ impl UavColumns {
         self.speed_m_s.push(state.map(|state| state.speed_m_s));
         self.turn_rate_rad_s.push(state.map(|state| state.turn_rate_rad_s));
         self.repulsion_m.push(control.map(ControlTerms::repulsion_length_m));
+        self.wind_m_s.push(state.and_then(TrueState::wind_speed_m_s));
+        self.wind_error_m_s.push(uav.wind_error_m_s());
         let ages = control.map(|control| [control.previous_age_s, control.next_age_s, control.leader_age_s]);
         self.age_s.push(ages.and_then(|ages| ages.into_iter().flatten().reduce(f64::max)));
     }

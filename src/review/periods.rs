@@ -50,7 +50,9 @@ impl Periods {
     pub(super) fn on_event(&mut self, time_s: f64, event: &Event) {
         use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
         match event {
-            Event::LinkFault { sentence } | Event::SlowFault { sentence } => {
+            Event::LinkFault { sentence }
+            | Event::SlowFault { sentence }
+            | Event::AirframeFault { sentence } => {
                 self.begin(Cause::Fault, sentence, time_s);
             }
             Event::FaultHealed { sentence } => self.finish(Cause::Fault, sentence, time_s),

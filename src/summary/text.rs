@@ -43,6 +43,10 @@ impl fmt::Display for SummaryText<'_> {
             write_uavs(f, flight)?;
             write_commanded(f, flight, *uavs)?;
             write_formation(f, flight, summary.shape_at_end)?;
+            // In wind a formation never quite rests, so the errors at the end say little.
+            if !summary.air_is_still {
+                write_keeping(f, flight)?;
+            }
             write_obstacles(f, flight)?;
             write_intruders(f, flight)?;
             write_filter(f, flight)?;
@@ -130,6 +134,10 @@ fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, shape: Sh
     line(f, &leader, &metres(flight.radius_error_max_m), "at the end")?;
     write_pair(f, "closest ring neighbours", flight.closest_adjacent)?;
     write_pair(f, "closest of all others", flight.closest_other)
+}
+
+fn write_keeping(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
+    line(f, "slot error over the second half", &metres(flight.keeping_error_rms_m), "root mean square")
 }
 
 fn write_pair(f: &mut fmt::Formatter<'_>, label: &str, pair: Option<ClosestPair>) -> fmt::Result {

@@ -1,11 +1,19 @@
-//! The body of one fixed-wing UAV: flies the motion of Eq. (1) as commanded, within the limits of Eq. (2).
+//! The body of one fixed-wing UAV: flies the motion of Eq. (1) as commanded, within the limits of Eq. (2), and drifts with the
+//! wind. Speed and heading are those through the air.
 //!
 //! Never trusts a command: the airframe stays within its limits whatever an agent sends, and its failsafe takes over
 //! when the agent stays silent.
 
-use nalgebra::Point2;
+use crate::{
+    response::{Rates, Response},
+    wind::Wind,
+};
+use nalgebra::{Point2, Vector2};
 use ringwing_flight::{Command, FlightMode, Pose, Tick, UavId};
-use ringwing_scenario::{Failsafe, Scenario, StartState};
+use ringwing_scenario::{
+    Failsafe, Scenario, StartState,
+    fault::schedule::{AirframeFailure, AirframeFault},
+};
 
 /// Why an airframe does not take a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -36,12 +44,29 @@ const SILENT_TICKS: i64 = 3;
 pub struct Airframe {
     uav: UavId,
     pose: Pose,
-    speed_m_s: f64,
-    turn_rate_rad_s: f64,
+    /// What it flies.
+    flown: Rates,
+    /// What it was told, within its limits.
+    wanted: Rates,
+    response: Response,
+    failures: Failures,
     mode: FlightMode,
     /// The tick of the newest command taken, `None` before the first.
     newest_command: Option<Tick>,
     abilities: Abilities,
+    /// `None` in still air.
+    wind: Option<Wind>,
+    /// The wind over the last tick.
+    wind_m_s: Vector2<f64>,
+}
+
+/// What a broken airframe cannot do.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Failures {
+    /// The highest speed that is left.
+    weak_m_s: Option<f64>,
+    /// The turn rate at which it is stuck.
+    jammed_rad_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,14 +96,27 @@ impl Airframe {
             // A listed heading may be up to one turn, but payloads promise (-pi, pi].
             heading_rad: ringwing_flight::wrap(start.heading_deg.to_radians()),
         };
+        let wind = Wind::new(scenario, uav);
+        let wind_m_s =
+            wind.as_ref().map_or_else(Vector2::zeros, |wind| wind.velocity_m_s(start_pose.heading_rad));
+        let mut pose = start_pose.after(start.speed_m_s, 0.0, -abilities.period_s);
+        if wind.is_some() {
+            // The first step drifts as well, and has to end at the start.
+            pose.position -= wind_m_s * abilities.period_s;
+        }
+        let flown = Rates { speed_m_s: start.speed_m_s, turn_rate_rad_s: 0.0 };
         Self {
             uav,
-            pose: start_pose.after(start.speed_m_s, 0.0, -abilities.period_s),
-            speed_m_s: start.speed_m_s,
-            turn_rate_rad_s: 0.0,
+            pose,
+            flown,
+            wanted: flown,
+            response: Response::new(limits),
+            failures: Failures::default(),
             mode: FlightMode::COMMANDED,
             newest_command: None,
             abilities,
+            wind,
+            wind_m_s,
         }
     }
 
@@ -92,9 +130,15 @@ impl Airframe {
         &self.pose
     }
 
-    /// Speed in m/s and turn rate in rad/s over the last tick, or those just commanded.
+    /// Speed through the air in m/s and turn rate in rad/s over the last tick; or those just commanded, if the airframe does at once
+    /// what it is told.
     pub fn rates(&self) -> (f64, f64) {
-        (self.speed_m_s, self.turn_rate_rad_s)
+        (self.flown.speed_m_s, self.flown.turn_rate_rad_s)
+    }
+
+    /// The velocity of the air at the airframe over the last tick; zero in still air.
+    pub fn wind_m_s(&self) -> Vector2<f64> {
+        self.wind_m_s
     }
 
     /// What flies it: commands, or its failsafe.
@@ -139,8 +183,10 @@ impl Airframe {
         self.check(command, now)?;
         // The check has refused NaN, which a clamp would let through.
         let Abilities { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s, .. } = self.abilities;
-        self.speed_m_s = command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s);
-        self.turn_rate_rad_s = command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s);
+        self.go_for(Rates {
+            speed_m_s: command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s),
+            turn_rate_rad_s: command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s),
+        });
         self.newest_command = Some(command.tick);
         // Any command that is taken ends a failsafe, so that a thawed or restarted agent can fly its UAV again.
         self.mode = FlightMode::COMMANDED;
@@ -164,6 +210,18 @@ impl Airframe {
         }
     }
 
+    /// Breaks the airframe as those of `faults` say that are on at `now` and are its own, and mends it otherwise. Of several failures of
+    /// one kind, the last one counts.
+    pub fn break_as(&mut self, faults: &[AirframeFault], now: Tick) {
+        self.failures = Failures::default();
+        for fault in faults.iter().filter(|fault| fault.uav == self.uav && fault.is_on(now)) {
+            match fault.failure {
+                AirframeFailure::Weak(most_m_s) => self.failures.weak_m_s = Some(most_m_s),
+                AirframeFailure::Jammed(rate_rad_s) => self.failures.jammed_rad_s = Some(rate_rad_s),
+            }
+        }
+    }
+
     /// Flies from `now` to the next tick. Returns whether the failsafe takes over.
     pub fn step(&mut self, now: Tick) -> bool {
         // An agent that has sent nothing yet counts as silent since the flight's first tick.
@@ -172,18 +230,54 @@ impl Airframe {
         if takes_over {
             self.enter_failsafe();
         }
-        self.pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, self.abilities.period_s);
+        self.flown = self.response.after(self.flown, self.attainable(), self.abilities.period_s);
+        let heading_rad = self.pose.heading_rad;
+        self.pose =
+            self.pose.after(self.flown.speed_m_s, self.flown.turn_rate_rad_s, self.abilities.period_s);
+        self.drift(now, heading_rad);
         takes_over
     }
 
+    /// Lets the air carry the airframe through a tick at whose beginning it headed for `heading_rad`.
+    fn drift(&mut self, now: Tick, heading_rad: f64) {
+        let Some(wind) = &mut self.wind else { return };
+        self.wind_m_s = wind.velocity_m_s(heading_rad);
+        self.pose.position += self.wind_m_s * self.abilities.period_s;
+        wind.advance(now, self.flown.speed_m_s);
+    }
+
     fn enter_failsafe(&mut self) {
-        (self.mode, self.speed_m_s, self.turn_rate_rad_s) = match self.abilities.failsafe {
-            Failsafe::Loiter => {
-                (FlightMode::LOITER, self.abilities.speed_min_m_s, self.abilities.turn_rate_max_rad_s / 2.0)
-            }
-            Failsafe::Hold => (FlightMode::HOLD, self.speed_m_s, 0.0),
-            Failsafe::Vanish => (FlightMode::VANISHED, self.speed_m_s, 0.0),
+        let Abilities { failsafe, speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities;
+        let straight = Rates { turn_rate_rad_s: 0.0, ..self.wanted };
+        let circle = Rates { speed_m_s: speed_min_m_s, turn_rate_rad_s: turn_rate_max_rad_s / 2.0 };
+        let (mode, wanted) = match failsafe {
+            Failsafe::Loiter => (FlightMode::LOITER, circle),
+            Failsafe::Hold => (FlightMode::HOLD, straight),
+            Failsafe::Vanish => (FlightMode::VANISHED, straight),
         };
+        self.mode = mode;
+        self.go_for(wanted);
+    }
+
+    /// What a broken airframe makes of what it was told. Even then it keeps its limits: it never flies slower than it can, nor turns
+    /// faster.
+    fn attainable(&self) -> Rates {
+        let Failures { weak_m_s, jammed_rad_s } = self.failures;
+        let Abilities { speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities;
+        let Rates { speed_m_s, turn_rate_rad_s } = self.wanted;
+        Rates {
+            speed_m_s: weak_m_s.map_or(speed_m_s, |most_m_s| speed_m_s.min(most_m_s.max(speed_min_m_s))),
+            turn_rate_rad_s: jammed_rad_s
+                .map_or(turn_rate_rad_s, |rate| rate.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s)),
+        }
+    }
+
+    fn go_for(&mut self, wanted: Rates) {
+        self.wanted = wanted;
+        // Others sense the rates before the next step.
+        if self.response.is_instant() {
+            self.flown = self.attainable();
+        }
     }
 }
 
@@ -228,6 +322,107 @@ mod tests {
         let mut airframe = airframe(Failsafe::Loiter);
         assert_eq!(airframe.accept(&command(-1, 15.0, 0.0), Tick::APPROACH), Ok(()));
         assert_eq!(airframe.accept(&command(-1, 15.0, 0.0), Tick::APPROACH), Err(Refusal::Stale));
+    }
+
+    /// An airframe in a wind of 6 m/s from the south.
+    fn in_wind(turbulence_m_s: f64) -> Airframe {
+        let mut scenario = Scenario::default();
+        (scenario.wind.mean_speed_m_s, scenario.wind.from_deg) = (6.0, -90.0);
+        scenario.wind.turbulence_m_s = turbulence_m_s;
+        Airframe::new(&scenario, UavId(3), &START)
+    }
+
+    #[test]
+    fn an_airframe_arrives_at_its_start_in_any_wind() {
+        for turbulence_m_s in [0.0, 15.4] {
+            let mut airframe = in_wind(turbulence_m_s);
+            airframe.step(Tick::APPROACH);
+            assert!((airframe.pose().position - Point2::from(START.position_m)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_steady_wind_makes_the_triangle_of_heading_course_and_drift() {
+        let mut airframe = in_wind(0.0);
+        airframe.step(Tick::APPROACH);
+        for tick in 0..200 {
+            airframe.accept(&command(tick, 20.0, 0.0), Tick(tick)).unwrap();
+            airframe.step(Tick(tick));
+        }
+        // Two seconds: 40 m along the heading of 20 degrees, and 12 m to the north.
+        let heading_rad = 20_f64.to_radians();
+        let way = Vector2::new(40.0 * heading_rad.cos(), 40.0 * heading_rad.sin() + 12.0);
+        assert!((airframe.pose().position - Point2::from(START.position_m) - way).norm() < 1e-9);
+        assert!((airframe.pose().heading_rad - heading_rad).abs() < 1e-12 && airframe.rates() == (20.0, 0.0));
+        assert!((airframe.wind_m_s() - Vector2::new(0.0, 6.0)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn an_airframe_with_a_lag_approaches_its_command_and_its_failsafe() {
+        let mut scenario = Scenario::default();
+        (scenario.airframe.speed_lag_s, scenario.airframe.turn_lag_s) = (0.5, 0.2);
+        let mut airframe = Airframe::new(&scenario, UavId(3), &START);
+        for tick in 0..50 {
+            airframe.accept(&command(tick, 25.0, 0.4), Tick(tick)).unwrap();
+            airframe.step(Tick(tick));
+        }
+        let (speed_m_s, turn_rate_rad_s) = airframe.rates();
+        assert!((speed_m_s - (25.0 - 10.0 * (-1.0_f64).exp())).abs() < 1e-9, "{speed_m_s}");
+        assert!((turn_rate_rad_s - 0.4 * (1.0 - (-2.5_f64).exp())).abs() < 1e-9, "{turn_rate_rad_s}");
+        // Nothing more comes. The failsafe takes over, and after ten time constants it loiters.
+        for tick in 50..650 {
+            airframe.step(Tick(tick));
+        }
+        let (speed_m_s, turn_rate_rad_s) = airframe.rates();
+        assert!(airframe.mode() == FlightMode::LOITER && (speed_m_s - 12.0).abs() < 1e-3);
+        assert!((turn_rate_rad_s - 0.25).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_broken_airframe_flies_what_is_left_and_is_whole_again_afterwards() {
+        let fault = |failure| AirframeFault {
+            number: 1,
+            uav: UavId(3),
+            begin: Tick(10),
+            end: Some(Tick(20)),
+            failure,
+        };
+        let of_another = AirframeFault { uav: UavId(2), ..fault(AirframeFailure::Jammed(0.3)) };
+        for (failure, broken) in [
+            (AirframeFailure::Weak(14.0), (14.0, 0.1)),
+            // It never flies slower than it can, nor turns faster.
+            (AirframeFailure::Weak(5.0), (12.0, 0.1)),
+            (AirframeFailure::Jammed(-0.2), (20.0, -0.2)),
+            (AirframeFailure::Jammed(2.0), (20.0, 0.5)),
+        ] {
+            let mut airframe = airframe(Failsafe::Hold);
+            let mut flown = Vec::new();
+            for tick in (0..30).map(Tick) {
+                airframe.accept(&command(tick.0, 20.0, 0.1), tick).unwrap();
+                airframe.break_as(&[fault(failure), of_another], tick);
+                airframe.step(tick);
+                flown.push(airframe.rates());
+            }
+            assert_eq!(
+                [flown[9], flown[10], flown[19], flown[20]],
+                [(20.0, 0.1), broken, broken, (20.0, 0.1)]
+            );
+        }
+    }
+
+    #[test]
+    fn an_airframe_that_circles_drifts_with_the_wind() {
+        let mut airframe = in_wind(0.0);
+        // The failsafe turns at 0.25 rad/s, so that a circle takes 8 pi s; 2513 ticks are that but for 3 ms.
+        for tick in 0..100 {
+            airframe.step(Tick(tick));
+        }
+        let before = airframe.pose().position;
+        for tick in 100..2613 {
+            airframe.step(Tick(tick));
+        }
+        let drift = airframe.pose().position - before;
+        assert!((drift - Vector2::new(0.0, 6.0 * 25.13)).norm() < 0.1, "{drift}");
     }
 
     #[test]

@@ -20,7 +20,7 @@
 
 use crate::{Refusal, Sky};
 use ringwing_flight::{Collision, Command, Event, Sensed, Tick, Traffic, UavId, WorldReport};
-use ringwing_scenario::{Scenario, StartState};
+use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
 use std::collections::BTreeSet;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -43,6 +43,17 @@ pub struct Airspace {
     last_tick: Tick,
     /// The last tick that has ended.
     flown: Tick,
+}
+
+/// What one UAV senses in a tick, to be sent to its agent, and what only the log is told of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensing {
+    /// Itself and the obstacles near it.
+    pub sensed: Sensed,
+    /// The other aircraft near it, if it has a collision filter.
+    pub traffic: Option<Traffic>,
+    /// The velocity of the air there over the last tick, in m/s. Nobody senses it.
+    pub wind_m_s: [f64; 2],
 }
 
 /// How many airframes fly through a tick on a command of that tick, and how many on an older one.
@@ -97,7 +108,7 @@ impl Airspace {
 
     /// What each UAV in the sky senses, UAV 1 first, to be sent to its agent: itself, and the traffic if it has a collision
     /// filter. Each one is hashed when it is taken from the iterator, so take all of them, once a tick.
-    pub fn open_tick(&mut self) -> impl Iterator<Item = (Sensed, Option<Traffic>)> {
+    pub fn open_tick(&mut self) -> impl Iterator<Item = Sensing> {
         // Borrow the two apart: the iterator reads the sky while it updates the hash.
         let Self { sky, hash, .. } = self;
         let sky = &*sky;
@@ -108,8 +119,13 @@ impl Airspace {
             if let Some(traffic) = &traffic {
                 hash.update(bytemuck::bytes_of(traffic));
             }
-            Some((sensed, traffic))
+            Some(Sensing { sensed, traffic, wind_m_s: airframe.wind_m_s().into() })
         })
+    }
+
+    /// Replaces the faults of airframes, those of the scenario included.
+    pub fn set_airframe_faults(&mut self, faults: Vec<AirframeFault>) {
+        self.sky.set_airframe_faults(faults);
     }
 
     /// Takes the command that arrived from the agent of UAV `to`, in time or late.
@@ -245,7 +261,7 @@ mod tests {
         let mut airspace = airspace();
         let mut expected = Xxh3::new();
         for _ in 0..2 {
-            let sensed: Vec<Sensed> = airspace.open_tick().map(|(sensed, _)| sensed).collect();
+            let sensed: Vec<Sensed> = airspace.open_tick().map(|sensing| sensing.sensed).collect();
             for one in &sensed {
                 // No obstacle moves here, so no velocity is hashed.
                 let bytes = bytemuck::bytes_of(one);

@@ -1,8 +1,8 @@
 //! Time, airframes, obstacles, intruders and collisions.
 //!
-//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, [`sky`] all of
-//! them among the obstacles, and [`airspace`] what a tick does to them, with the report on the flight. [`process`] is the
-//! operating-system process that drives the airspace.
+//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, `response` how it gets to what it is told, `wind` the air around it,
+//! [`sky`] all of them among the obstacles, and [`airspace`] what a tick does to them, with the report on the flight.
+//! [`process`] is the operating-system process that drives the airspace.
 //!
 //! Never knows the formation: where the UAVs should be is the agents' business.
 
@@ -15,9 +15,11 @@ mod encounters;
 mod intruder;
 mod obstacle;
 pub mod process;
+mod response;
 pub mod sky;
+mod wind;
 
 pub use airframe::{Airframe, Refusal};
-pub use airspace::{Airspace, CommandCounts};
+pub use airspace::{Airspace, CommandCounts, Sensing};
 pub use process::{WorldArgs, run};
 pub use sky::Sky;

@@ -14,13 +14,14 @@ use ringwing_flight::{
     UavId,
     payload::{MAX_SENSED_AIRCRAFT, MAX_SENSED_OBSTACLES},
 };
-use ringwing_scenario::{Scenario, StartState};
+use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
 
 /// The true state of the flight: every airframe, every obstacle and every intruder.
 #[derive(Debug, Clone)]
 pub struct Sky {
     now: Tick,
     airframes: Vec<Airframe>,
+    airframe_faults: Vec<AirframeFault>,
     obstacles: Vec<Obstacle>,
     intruders: Vec<Intruder>,
     radar: Radar,
@@ -48,6 +49,7 @@ impl Sky {
             collisions: Collisions::new(distance_m, near_miss_m, airframes.len()),
             encounters: Encounters::new(near_miss_m, distance_m),
             airframes,
+            airframe_faults: scenario.schedule().airframe_faults(),
             obstacles: scenario.all_obstacles().iter().map(|one| Obstacle::new(one, approach_s)).collect(),
             intruders: (1..)
                 .zip(&scenario.intruders)
@@ -171,6 +173,11 @@ impl Sky {
         }
     }
 
+    /// Replaces the faults of airframes, those of the scenario included.
+    pub fn set_airframe_faults(&mut self, faults: Vec<AirframeFault>) {
+        self.airframe_faults = faults;
+    }
+
     /// Offers a command to the airframe of UAV `to`.
     pub fn accept(&mut self, to: UavId, command: &Command) -> Result<(), Refusal> {
         self.airframes[to.index()].accept(command, self.now)
@@ -181,6 +188,10 @@ impl Sky {
     pub fn step(&mut self) -> Vec<Event> {
         let mut events = Vec::new();
         for airframe in self.airframes.iter_mut().filter(|airframe| airframe.is_flying()) {
+            // Hardly any flight has such faults, and every tick comes here for every UAV.
+            if !self.airframe_faults.is_empty() {
+                airframe.break_as(&self.airframe_faults, self.now);
+            }
             if airframe.step(self.now) {
                 events.push(Event::Failsafe { uav: airframe.uav(), mode: airframe.mode() });
             }

@@ -61,6 +61,7 @@ impl BuiltInLaw {
                 self.dead_reckoning,
                 swarm_rad_s,
                 situation.period_s,
+                situation.wind_m_s,
             );
             Some(Bond { point: pose.position, rest_m, gain: self.gains.trust(track, situation.tick) })
         })
@@ -89,11 +90,18 @@ impl BuiltInLaw {
         }
     }
 
-    /// The law, Eq. (4) to (13).
+    /// The law, Eq. (4) to (13). `motion` is that of the slot through the air: in wind, the force of Eq. (6) becomes the velocity through
+    /// the air, which is what speed and heading make.
     fn law_terms(&self, field: Field, motion: &SlotMotion, situation: &Situation<'_>) -> LawTerms {
         let own = &situation.own;
         let forces = potential_forces(&field, &own.position);
-        let repulsion_m = repulsion_of(situation.obstacles(), self.gains.obstacle_m, &own.position, 0.0);
+        let repulsion_m = repulsion_of(
+            situation.obstacles(),
+            self.gains.obstacle_m,
+            &own.position,
+            0.0,
+            situation.wind_m_s,
+        );
         // Only the formation's force is limited. A limited repulsion could be outweighed, and the UAV would hit the
         // obstacle.
         let slot_error_m = own.position - field.slot;
@@ -121,11 +129,12 @@ impl Steer for BuiltInLaw {
 
     fn steer(&mut self, situation: &Situation<'_>) -> Option<Steered> {
         let Some(leader) = &situation.leader else { return Some(without_leader(situation)) };
-        let motion = if self.feeds_turn_forward {
+        let over_ground = if self.feeds_turn_forward {
             SlotMotion::turning(leader, situation.frame, situation.slot_offset_m)
         } else {
             SlotMotion::straight(leader)
         };
+        let motion = over_ground.in_wind(situation.wind_m_s);
         let bonds = self.neighbour_bonds(situation, motion.turn_rate_rad_s);
         let field = self.field(situation, bonds, leader);
         let terms = self.law_terms(field, &motion, situation);
@@ -135,7 +144,9 @@ impl Steer for BuiltInLaw {
             .has_filter
             .then(|| {
                 let frame = situation.frame;
-                LawForecast::new(&self.gains, &terms.field, bonds, tracks, leader, frame, motion)
+                let wind_m_s = situation.wind_m_s;
+                LawForecast::new(&self.gains, &terms.field, bonds, tracks, leader, frame, over_ground)
+                    .in_wind(wind_m_s)
             })
             .map(Forecast::Law);
         Some(Steered { control: terms.control, account: account(&terms, situation), forecast })

@@ -1,7 +1,7 @@
 //! Where the law would take the UAV over the next seconds.
 //!
 //! The leader flies on along its arc, the neighbours turn with it, the obstacles move straight, and the slots stay where
-//! they are in the formation. Never changes the flight: the collision filter only asks what would happen.
+//! they are in the formation. All of it is seen from the air, which carries the UAV and its neighbours alike. Never changes the flight: the collision filter only asks what would happen.
 
 use super::{
     gains::Gains, leader_estimate::EstimatedLeader, repulsion_of, slot_motion::SlotMotion, track::PeerTrack,
@@ -20,11 +20,13 @@ pub(crate) struct LawForecast {
     neighbour_velocities: [Vector2<f64>; 2],
     leader: EstimatedLeader,
     frame: FormationFrame,
+    /// Over the ground.
     slot_motion: SlotMotion,
+    wind_m_s: Vector2<f64>,
 }
 
 impl LawForecast {
-    /// The law in `field`, with the `trusted` neighbours on their `tracks` and the slot moving as `slot_motion` says.
+    /// The law in `field`, with the `trusted` neighbours on their `tracks` and the slot moving as `slot_motion` says, in still air.
     pub(super) fn new(
         gains: &Gains,
         field: &Field,
@@ -45,19 +47,25 @@ impl LawForecast {
             leader: *leader,
             frame,
             slot_motion,
+            wind_m_s: Vector2::zeros(),
         }
     }
 
-    /// The rate at which the whole formation turns.
-    pub(super) fn turn_rate_rad_s(&self) -> f64 {
-        self.slot_motion.turn_rate_rad_s
+    /// The same in air that moves at `wind_m_s`.
+    pub(super) fn in_wind(self, wind_m_s: Vector2<f64>) -> Self {
+        Self { wind_m_s, ..self }
     }
 
-    /// The law's force on the UAV if it is at `own` after `after_s`.
+    /// The rate at which UAVs in their slots turn.
+    pub(super) fn turn_rate_rad_s(&self) -> f64 {
+        self.slot_motion.in_wind(self.wind_m_s).turn_rate_rad_s
+    }
+
+    /// The law's force on the UAV if it is at `own` after `after_s`, with places as they are in the air then.
     pub(super) fn force(&self, own: &Pose, after_s: f64, obstacles: &[SensedObstacle]) -> Vector2<f64> {
         let PeerTrack { speed_m_s, turn_rate_rad_s, .. } = self.leader.track;
         let here = self.leader.pose;
-        let leader = here.after(speed_m_s, turn_rate_rad_s, after_s);
+        let leader = here.after(speed_m_s, turn_rate_rad_s, after_s).carried(-self.wind_m_s, after_s);
         // The slot moves with the leader, and round it if the formation turns.
         let offset = self.field.slot - here.position;
         let turn_rad = self.frame.turn_rate_rad_s(turn_rate_rad_s) * after_s;
@@ -76,10 +84,12 @@ impl LawForecast {
             slot,
             slot_gain: self.field.slot_gain,
         };
-        let slot_velocity_m_s = turned(self.slot_motion.velocity_m_s, turn_rate_rad_s * after_s);
+        let slot_velocity_m_s =
+            turned(self.slot_motion.velocity_m_s, turn_rate_rad_s * after_s) - self.wind_m_s;
         let force = potential_forces(&field, &own.position).total();
         let formation = self.gains.limited(force, &(own.position - slot), &slot_velocity_m_s);
-        slot_velocity_m_s - formation + repulsion_of(obstacles, self.gains.obstacle_m, &own.position, after_s)
+        let repulsion = repulsion_of(obstacles, self.gains.obstacle_m, &own.position, after_s, self.wind_m_s);
+        slot_velocity_m_s - formation + repulsion
     }
 }
 
@@ -109,5 +119,26 @@ mod tests {
         let forecast = LawForecast::new(&gains, &field, [Some(bond); 2], tracks, &leader, frame, slot_motion);
         let force = forecast.force(&own, 1.0, &[]);
         assert!(force.iter().all(|component| component.is_finite()), "{force}");
+    }
+
+    #[test]
+    fn a_uav_that_drifts_with_its_slot_is_asked_for_the_wind_triangle_now_and_later() {
+        let gains = Gains::new(&Scenario::default());
+        let wind_m_s = Vector2::new(0.0, -6.0);
+        let leader_pose = Pose { position: Point2::origin(), heading_rad: 0.0 };
+        let track = PeerTrack { tick: Tick(0), pose: leader_pose, speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
+        let leader = EstimatedLeader { track, pose: leader_pose, frame_rad: 0.0 };
+        let slot = Point2::new(-40.0, 0.0);
+        let centre = Bond { point: Point2::origin(), rest_m: 40.0, gain: 2.0 };
+        let field = Field { previous: None, next: None, centre, slot, slot_gain: 1.0 };
+        let (slot_motion, frame) = (SlotMotion::straight(&leader), FormationFrame::Fixed);
+        let forecast = LawForecast::new(&gains, &field, [None; 2], [None; 2], &leader, frame, slot_motion)
+            .in_wind(wind_m_s);
+        for after_s in [0.0, 2.0] {
+            // Seen from the air, the slot moves at 15 m/s to the east and 6 m/s to the north.
+            let position = slot + Vector2::new(15.0, 6.0) * after_s;
+            let force = forecast.force(&Pose { position, heading_rad: 0.4 }, after_s, &[]);
+            assert!((force - Vector2::new(15.0, 6.0)).norm() < 1e-9, "{force}");
+        }
     }
 }

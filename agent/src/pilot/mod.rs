@@ -1,7 +1,7 @@
 //! The pilot of one UAV: senses and received states go in, a command and the UAV's own state come out.
 //!
-//! `own_flight`, `neighbours` and `leader_estimate` hold what the UAV knows of itself, of the others and of the leader;
-//! `slots` holds where each UAV should be. Each tick the pilot puts all of that into a [`Situation`], and what [steers](Steer)
+//! `own_flight`, `neighbours`, `leader_estimate` and `wind_estimate` hold what the UAV knows of itself, of the others, of the leader
+//! and of the wind; `slots` holds where each UAV should be. Each tick the pilot puts all of that into a [`Situation`], and what [steers](Steer)
 //! the UAV decides: the built-in law of `built_in`, or a user's controller.
 //!
 //! Never knows processes, services or clocks: the same inputs give the same outputs, to the bit.
@@ -18,6 +18,7 @@ mod slot_motion;
 mod slots;
 mod steering;
 mod track;
+mod wind_estimate;
 
 pub use built_in::BuiltInLaw;
 pub use leader_estimate::EstimatedLeader;
@@ -28,7 +29,7 @@ pub use steering::{Steer, Steered};
 pub use track::PeerTrack;
 
 use crate::law::{ControlInput, Limits, RepulsiveObstacle, repulsion};
-use crate::safety::CollisionFilter;
+use crate::safety::{CollisionFilter, Surroundings};
 use leader_estimate::LeaderEstimate;
 use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
@@ -39,6 +40,7 @@ use ringwing_flight::{
 };
 use ringwing_scenario::{DeadReckoning, Scenario};
 use slots::Slots;
+use wind_estimate::WindEstimate;
 
 /// What a pilot decides in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,6 +85,7 @@ struct Knowledge {
     /// The UAVs that are lost as of `revision`.
     lost: Vec<UavId>,
     leader: LeaderEstimate,
+    wind: WindEstimate,
     slots: Slots,
     /// The revision of the membership that the slots are for.
     revision: u64,
@@ -120,8 +123,8 @@ impl<S: Steer> Pilot<S> {
     /// Takes in what the UAV senses.
     pub fn receive_sensed(&mut self, senses: &Sensed) {
         // Another UAV's senses would make the pilot steer from a wrong position.
-        if senses.uav == self.knowledge.uav {
-            self.knowledge.own.receive(senses);
+        if senses.uav == self.knowledge.uav && self.knowledge.own.receive(senses) {
+            self.knowledge.wind.observe(senses);
         }
     }
 
@@ -156,12 +159,13 @@ impl<S: Steer> Pilot<S> {
         let timeout_ticks = knowledge.timeout_ticks;
         let senses = *knowledge.own.senses(now, timeout_ticks).ok_or(Undecided::NoSenses)?;
         let (reckoning, period_s) = (knowledge.dead_reckoning, knowledge.period_s);
-        let own = knowledge.own.pose_at(&senses, now, reckoning, period_s);
+        let wind_m_s = knowledge.wind.wind_m_s();
+        let own = knowledge.own.pose_at(&senses, now, reckoning, period_s, wind_m_s);
         let leader = knowledge.leader.at(now, reckoning, period_s);
         let traffic = filter.as_ref().and_then(CollisionFilter::traffic);
         let situation = knowledge.situation(now, own, &senses, leader, traffic);
         let steered = steering.steer(&situation).ok_or(Undecided::NotFinite)?;
-        let (control, account) = filtered(filter.as_mut(), steered, &senses, &own, now);
+        let (control, account) = filtered(filter.as_mut(), steered, &senses, &own, now, wind_m_s);
         // If later senses are late, the own position is predicted from what was commanded here.
         knowledge.own.record_command(now, control);
         let command = knowledge.command(now, control);
@@ -176,6 +180,7 @@ fn filtered(
     senses: &Sensed,
     own: &Pose,
     now: Tick,
+    wind_m_s: Vector2<f64>,
 ) -> (ControlInput, Account) {
     let Steered { control, mut account, forecast } = steered;
     let Some(filter) = filter else { return (control, account) };
@@ -185,7 +190,8 @@ fn filtered(
         None => direction(own.heading_rad) * control.speed_m_s,
     };
     let swarm_rad_s = forecast.as_ref().map_or(0.0, Forecast::swarm_rad_s);
-    let flown = filter.apply(now, own, control, force, obstacles, swarm_rad_s);
+    let surroundings = Surroundings { obstacles, swarm_rad_s, wind_m_s };
+    let flown = filter.apply(now, own, control, force, &surroundings);
     (account.speed_m_s, account.turn_rate_rad_s) = (flown.control.speed_m_s, flown.control.turn_rate_rad_s);
     (account.avoided, account.avoided_m) = (flown.avoided, flown.avoided_at.into());
     account.avoided_turn_rad = flown.turn_rad;
@@ -210,6 +216,7 @@ impl Knowledge {
             neighbours: Neighbours::new(scenario, uav, timeout_ticks),
             lost: Vec::new(),
             leader: LeaderEstimate::default(),
+            wind: WindEstimate::new(scenario),
             slots: Slots::new(scenario, uav),
             // Revision 0 is the whole ring, and `Slots::new` begins with that.
             revision: 0,
@@ -252,6 +259,7 @@ impl Knowledge {
             sensed,
             neighbours,
             leader,
+            wind_m_s: self.wind.wind_m_s(),
             leader_is_silent: leader.is_some_and(|leader| now.since(leader.track.tick) > self.timeout_ticks),
             slot_offset_m: leader
                 .map_or(geometry.slot, |leader| self.frame.placed(geometry.slot, leader.frame_rad)),
@@ -288,11 +296,19 @@ impl Knowledge {
     }
 }
 
-/// `f_obs` of Eq. (13), summed over the sensed obstacles, for a UAV at `own` after `after_s`.
-fn repulsion_of(obstacles: &[SensedObstacle], gain_m: f64, own: &Point2<f64>, after_s: f64) -> Vector2<f64> {
+/// `f_obs` of Eq. (13), summed over the sensed obstacles, for a UAV at `own` after `after_s`, seen from air that moves at
+/// `wind_m_s`.
+fn repulsion_of(
+    obstacles: &[SensedObstacle],
+    gain_m: f64,
+    own: &Point2<f64>,
+    after_s: f64,
+    wind_m_s: Vector2<f64>,
+) -> Vector2<f64> {
     let of_one = |sensed: &SensedObstacle| {
+        let velocity_m_s = Vector2::from(sensed.velocity_m_s) - wind_m_s;
         let obstacle = RepulsiveObstacle {
-            centre: Point2::from(sensed.position_m) + Vector2::from(sensed.velocity_m_s) * after_s,
+            centre: Point2::from(sensed.position_m) + velocity_m_s * after_s,
             radius_m: sensed.radius_m,
             braking_distance_m: sensed.braking_distance_m,
         };

@@ -3,6 +3,7 @@
 //! Never returns senses from the future.
 
 use crate::law::ControlInput;
+use nalgebra::Vector2;
 use ringwing_flight::{FlightMode, Pose, Sensed, Tick};
 use ringwing_scenario::DeadReckoning;
 use std::collections::VecDeque;
@@ -36,11 +37,13 @@ impl Default for OwnFlight {
 }
 
 impl OwnFlight {
-    /// Takes in what the UAV senses, in any order.
-    pub(super) fn receive(&mut self, senses: &Sensed) {
-        if self.senses.is_none_or(|known| known.tick < senses.tick) {
+    /// Takes in what the UAV senses, in any order. Returns whether that is newer than what was known.
+    pub(super) fn receive(&mut self, senses: &Sensed) -> bool {
+        let is_newer = self.senses.is_none_or(|known| known.tick < senses.tick);
+        if is_newer {
             (self.senses, self.has_news) = (Some(*senses), true);
         }
+        is_newer
     }
 
     /// The newest senses, or `None` if nothing new has arrived for `timeout_ticks`: then the UAV must not command its
@@ -62,13 +65,15 @@ impl OwnFlight {
         self.commands.push_back((now, control));
     }
 
-    /// Where the UAV is at `now`: from `senses` along what it has commanded since, as far as `reckoning` allows.
+    /// Where the UAV is at `now`: from `senses` along what it has commanded since, in a wind of `wind_m_s`, as far as `reckoning`
+    /// allows.
     pub(super) fn pose_at(
         &self,
         senses: &Sensed,
         now: Tick,
         reckoning: DeadReckoning,
         period_s: f64,
+        wind_m_s: Vector2<f64>,
     ) -> Pose {
         let mut pose = Pose { position: senses.position_m.into(), heading_rad: senses.heading_rad };
         let end = match reckoning {
@@ -85,7 +90,7 @@ impl OwnFlight {
             }
             pose = pose.after(flown.speed_m_s, flown.turn_rate_rad_s, period_s);
         }
-        pose
+        pose.carried(wind_m_s, end.since(senses.tick) as f64 * period_s)
     }
 
     fn commanded(&self, tick: Tick) -> Option<ControlInput> {
@@ -144,7 +149,7 @@ mod tests {
             own.record_command(Tick(tick), ControlInput { speed_m_s, turn_rate_rad_s });
             truth = truth.after(speed_m_s, turn_rate_rad_s, 0.01);
         }
-        (own.pose_at(taken, Tick(taken.tick.0 + 2), reckoning, 0.01), truth)
+        (own.pose_at(taken, Tick(taken.tick.0 + 2), reckoning, 0.01, Vector2::zeros()), truth)
     }
 
     #[test]

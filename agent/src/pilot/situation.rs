@@ -33,6 +33,9 @@ pub struct Situation<'a> {
     pub neighbours: [Option<RingNeighbour<'a>>; 2],
     /// The leader, which is the centre of the formation; `None` before anything was heard of it.
     pub leader: Option<EstimatedLeader>,
+    /// What the UAV takes the velocity of the air for, m/s: zero unless it is told the wind or estimates it. Speed and heading of UAVs
+    /// are those through the air, and velocities of the leader and of slots are those over the ground.
+    pub wind_m_s: Vector2<f64>,
     /// Whether the leader has been silent for longer than `membership.loss_timeout_s`.
     pub leader_is_silent: bool,
     /// From the leader to this UAV's slot, metres. It turns with the leader if the formation does.
@@ -87,7 +90,7 @@ impl Situation<'_> {
         self.leader.map(|leader| leader.pose.position + self.slot_offset_m)
     }
 
-    /// How the slot moves while the leader flies on as now; `None` before anything was heard of the leader.
+    /// How the slot moves over the ground while the leader flies on as now; `None` before anything was heard of the leader.
     pub fn slot_motion(&self) -> Option<SlotMotion> {
         self.leader.map(|leader| SlotMotion::turning(&leader, self.frame, self.slot_offset_m))
     }
@@ -126,6 +129,7 @@ impl Situation<'_> {
             centre_force_m: [0.0; 2],
             slot_force_m: [0.0; 2],
             repulsion_m: [0.0; 2],
+            wind_m_s: self.wind_m_s.into(),
             potential_m2: 0.0,
             previous_age: age(self.track(0), self.tick),
             next_age: age(self.track(1), self.tick),

@@ -2,7 +2,7 @@
 //!
 //! Never gets a sample before it can be used: the [arrivals](crate::reception::arrivals) see to that.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 use ringwing_flight::{AgeTicks, LeaderState, Pose, Tick, UavState};
 use ringwing_scenario::DeadReckoning;
 
@@ -56,7 +56,7 @@ impl PeerTrack {
     }
 
     /// Where a UAV is at `now`: predicted along its arc for one tick, and after that turning at `formation_rad_s`, as the
-    /// whole formation does, as far as `reckoning` allows.
+    /// whole formation does, in a wind of `wind_m_s`, as far as `reckoning` allows.
     ///
     /// A UAV holds its turn rate for one tick; then the stiff heading loop of Eq. (6) commands another one. Data may
     /// be seconds old, and a momentary turn extended over seconds makes a circle that the UAV does not fly. The whole
@@ -67,16 +67,18 @@ impl PeerTrack {
         reckoning: DeadReckoning,
         formation_rad_s: f64,
         period_s: f64,
+        wind_m_s: Vector2<f64>,
     ) -> Pose {
         let predicted = self.predicted_ticks(now, reckoning);
         let held = predicted.min(1);
         let pose = self.pose.after(self.speed_m_s, self.turn_rate_rad_s, held as f64 * period_s);
         // Skip a part of no length: it could still round the last bit.
-        if predicted == held {
+        let pose = if predicted == held {
             pose
         } else {
             pose.after(self.speed_m_s, formation_rad_s, (predicted - held) as f64 * period_s)
-        }
+        };
+        pose.carried(wind_m_s, predicted as f64 * period_s)
     }
 
     fn predicted_ticks(&self, now: Tick, reckoning: DeadReckoning) -> i64 {
@@ -143,7 +145,8 @@ mod tests {
         let turning = PeerTrack { turn_rate_rad_s: 0.5, ..at(0) };
         let full = DeadReckoning::Full;
         let uav = |now, reckoning, formation_rad_s| {
-            turning.with_formation_after_one_tick(Tick(now), reckoning, formation_rad_s, 0.01)
+            let still = Vector2::zeros();
+            turning.with_formation_after_one_tick(Tick(now), reckoning, formation_rad_s, 0.01, still)
         };
         let leader = turning.along_arc(Tick(200), full, 0.01);
         assert!((leader.heading_rad - 1.0).abs() < 1e-12);
@@ -152,6 +155,16 @@ mod tests {
         assert_eq!(uav(200, DeadReckoning::Off, 0.0), turning.pose);
         // While the formation turns, a UAV goes on turning with it.
         assert!((uav(200, full, -0.1).heading_rad - (0.005 - 0.199)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_uav_is_predicted_to_drift_with_the_wind() {
+        let drift = |reckoning| {
+            let wind_m_s = Vector2::new(0.0, 5.0);
+            at(0).with_formation_after_one_tick(Tick(20), reckoning, 0.0, 0.01, wind_m_s).position.y
+        };
+        assert!((drift(DeadReckoning::Full) - 1.0).abs() < 1e-12);
+        assert!((drift(DeadReckoning::Tick) - 0.05).abs() < 1e-12 && drift(DeadReckoning::Off) == 0.0);
     }
 
     #[test]

@@ -55,6 +55,18 @@ pub struct Flown {
     pub turn_rad: f64,
 }
 
+/// What is around the UAV apart from other aircraft, which it senses by itself.
+#[derive(Debug, Clone, Copy)]
+pub struct Surroundings<'a> {
+    /// The obstacles that it senses.
+    pub obstacles: &'a [SensedObstacle],
+    /// The rate at which other UAVs turn that fly on command.
+    pub swarm_rad_s: f64,
+    /// What it takes the velocity of the air for. Courses are compared in the air: there UAVs fly as they head, and obstacles and
+    /// intruders drift.
+    pub wind_m_s: Vector2<f64>,
+}
+
 /// The course that the filter holds while it acts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Escape {
@@ -131,20 +143,19 @@ impl CollisionFilter {
         self.traffic.as_ref()
     }
 
-    /// What to fly at `now` instead of `wish`, with the UAV at `own`. `force` is the law's force at a pose, some seconds from
-    /// now; `swarm_rad_s` is the rate at which other UAVs turn that fly on command.
+    /// What to fly at `now` instead of `wish`, with the UAV at `own`. `force` is the law's force at a pose in the air, some seconds
+    /// from now.
     pub fn apply(
         &mut self,
         now: Tick,
         own: &Pose,
         wish: ControlInput,
         force: impl Fn(&Pose, f64) -> Vector2<f64>,
-        obstacles: &[SensedObstacle],
-        swarm_rad_s: f64,
+        around: &Surroundings<'_>,
     ) -> Flown {
         // The UAVs look in turn: if two of them looked at once, both would give way to the same side, again and again.
         if (now.0 + i64::from(self.uav.0)) % self.interval_ticks == 0 {
-            self.escape = self.look(now, own, wish, force, obstacles, swarm_rad_s);
+            self.escape = self.look(now, own, wish, force, around);
         }
         let Some(Escape { heading_rad, speed_m_s, avoided, avoided_at, turn_rad, .. }) = self.escape else {
             let avoided_at = Point2::origin();
@@ -162,11 +173,10 @@ impl CollisionFilter {
         own: &Pose,
         wish: ControlInput,
         force: impl Fn(&Pose, f64) -> Vector2<f64>,
-        obstacles: &[SensedObstacle],
-        swarm_rad_s: f64,
+        around: &Surroundings<'_>,
     ) -> Option<Escape> {
-        let view = Viewpoint::new(*own, self.horizon_s, swarm_rad_s);
-        self.find_threats(now, &view, obstacles, self.clearance_m);
+        let view = Viewpoint::new(*own, self.horizon_s, around);
+        self.find_threats(now, &view, around.obstacles, self.clearance_m);
         // The usual case: nothing is near, so there is no need to predict the law's course.
         if self.threats.is_empty() {
             return None;
@@ -187,9 +197,9 @@ impl CollisionFilter {
         let speed_cost = 1.0 + acted_s / PATIENCE_S;
         let wish = Wished { control: wish, turn_rad, course: &course, passing, speed_cost };
         let mut choice = self.choose(own, &wish);
-        if choice.cost >= CONFLICT_COST && !obstacles.is_empty() {
+        if choice.cost >= CONFLICT_COST && !around.obstacles.is_empty() {
             // A narrow gap is better than none.
-            self.find_threats(now, &view, obstacles, LEAST_CLEARANCE_M);
+            self.find_threats(now, &view, around.obstacles, LEAST_CLEARANCE_M);
             choice = self.choose(own, &wish);
         }
         let heading_rad = wrap(own.heading_rad + choice.turn_rad);

@@ -82,9 +82,9 @@ impl Passing {
 
 #[cfg(test)]
 mod tests {
-    use super::super::threat::Viewpoint;
+    use super::super::{Surroundings, threat::Viewpoint};
     use super::*;
-    use nalgebra::Point2;
+    use nalgebra::{Point2, Vector2};
     use ringwing_flight::{AircraftId, Pose, SensedAircraft};
 
     /// UAV 2 flies along x and wishes to turn left; the other flies beside it, 12 m to its left.
@@ -98,7 +98,8 @@ mod tests {
             who: AircraftId::uav(UavId(who)),
             is_answering,
         };
-        let threat = Viewpoint::new(own, 4.0, 0.0).aircraft(&other, 0.0, 10.0);
+        let around = Surroundings { obstacles: &[], swarm_rad_s: 0.0, wind_m_s: Vector2::zeros() };
+        let threat = Viewpoint::new(own, 4.0, &around).aircraft(&other, 0.0, 10.0);
         Passing::of(UavId(2), &threat, &Course::after_turn(1.0, 0.5, 4.0), 15.0, 13.0)
     }
 

@@ -36,7 +36,17 @@ fn report(tick: Tick, sensed: &[SensedAircraft]) -> Traffic {
 
 /// What UAV 1 flies at `now`, from the origin to the east, under a law that leads straight on.
 fn flown(filter: &mut CollisionFilter, now: Tick, obstacles: &[SensedObstacle]) -> Flown {
-    filter.apply(now, &own(), WISH, |_, _| Vector2::new(15.0, 0.0), obstacles, 0.0)
+    flown_in_wind(filter, now, obstacles, Vector2::zeros())
+}
+
+fn flown_in_wind(
+    filter: &mut CollisionFilter,
+    now: Tick,
+    obstacles: &[SensedObstacle],
+    wind_m_s: Vector2<f64>,
+) -> Flown {
+    let around = Surroundings { obstacles, swarm_rad_s: 0.0, wind_m_s };
+    filter.apply(now, &own(), WISH, |_, _| Vector2::new(15.0, 0.0), &around)
 }
 
 fn flown_among(sensed: &[SensedAircraft]) -> Flown {
@@ -129,6 +139,35 @@ fn an_obstacle_is_avoided_where_it_will_be() {
     // And one that leaves the way in time is no reason to leave it.
     let leaving = SensedObstacle { position_m: [45.0, 0.0], ..crossing([0.0, 15.0]) };
     assert_eq!(flown(&mut filter(), LOOK, &[leaving]).avoided, Avoided::NOTHING);
+}
+
+#[test]
+fn in_wind_aircraft_are_avoided_where_they_meet_in_the_air_and_obstacles_where_they_drift() {
+    // An aircraft of the swarm drifts as this UAV does: the wind changes nothing.
+    let meeting = aircraft([60.0, 45.0], -FRAC_PI_2, 0.0);
+    let avoided = |sensed: SensedAircraft, obstacles: &[SensedObstacle], wind_m_s: [f64; 2]| {
+        let mut filter = filter();
+        filter.receive(&report(LOOK, &[sensed]));
+        flown_in_wind(&mut filter, LOOK, obstacles, wind_m_s.into()).avoided
+    };
+    for wind_m_s in [[0.0; 2], [0.0, -10.0]] {
+        assert_eq!(avoided(meeting, &[], wind_m_s), Avoided::aircraft(OTHER));
+    }
+    // An intruder that comes over the ground is not carried along.
+    let intruder = AircraftId::intruder(ringwing_flight::IntruderId(1));
+    let crossing = SensedAircraft { who: intruder, is_answering: 0, ..meeting };
+    assert_eq!(avoided(crossing, &[], [0.0; 2]), Avoided::aircraft(intruder));
+    assert_eq!(avoided(crossing, &[], [0.0, -15.0]), Avoided::NOTHING);
+    // Nor is a mast beside the way: the UAV drifts into it.
+    let far = aircraft([-90.0, 0.0], PI, 0.0);
+    let mast = SensedObstacle {
+        position_m: [45.0, -30.0],
+        radius_m: 5.0,
+        braking_distance_m: 10.0,
+        velocity_m_s: [0.0; 2],
+    };
+    assert_eq!(avoided(far, &[mast], [0.0; 2]), Avoided::NOTHING);
+    assert_eq!(avoided(far, &[mast], [0.0, -10.0]), Avoided::OBSTACLE);
 }
 
 proptest! {

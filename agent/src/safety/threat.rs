@@ -2,7 +2,10 @@
 //!
 //! Never asks for more distance than there is now: else a UAV that starts too near would find no clear course at all.
 
-use super::course::{Course, SAMPLES};
+use super::{
+    Surroundings,
+    course::{Course, SAMPLES},
+};
 use nalgebra::{Point2, Rotation2, Vector2};
 use ringwing_flight::{Aircraft, Avoided, Pose, SensedAircraft, SensedObstacle, UavId};
 
@@ -37,6 +40,8 @@ pub(super) struct Viewpoint {
     horizon_s: f64,
     /// The rate at which aircraft turn that fly on command.
     swarm_rad_s: f64,
+    /// The velocity of the air in which courses are compared.
+    wind_m_s: Vector2<f64>,
 }
 
 /// How a course comes too near to something.
@@ -51,8 +56,10 @@ pub(super) struct Conflict {
 }
 
 impl Viewpoint {
-    pub(super) fn new(own: Pose, horizon_s: f64, swarm_rad_s: f64) -> Self {
-        Self { own, to_body: Rotation2::new(-own.heading_rad), horizon_s, swarm_rad_s }
+    pub(super) fn new(own: Pose, horizon_s: f64, around: &Surroundings<'_>) -> Self {
+        let to_body = Rotation2::new(-own.heading_rad);
+        let Surroundings { swarm_rad_s, wind_m_s, .. } = *around;
+        Self { own, to_body, horizon_s, swarm_rad_s, wind_m_s }
     }
 
     fn seen(&self, place: Point2<f64>) -> Vector2<f64> {
@@ -66,7 +73,14 @@ impl Viewpoint {
         // It reports no turn rate of its own.
         let swarm_rad_s = if sensed.is_answering == 0 { 0.0 } else { self.swarm_rad_s };
         let turn_rate_rad_s = sensed.turn_rate_rad_s + swarm_rad_s;
-        let after = |time_s| pose.after(sensed.speed_m_s, turn_rate_rad_s, time_s).position;
+        // Speed and heading of a UAV are those through the air, so it has drifted since. Those of an intruder are over the
+        // ground, so it drifts from now on, seen from the air.
+        let is_carried = matches!(sensed.who.who(), Aircraft::Uav(_));
+        let drifting_s = |time_s: f64| if is_carried { age_s } else { age_s - time_s };
+        let after = |time_s| {
+            let flown = pose.after(sensed.speed_m_s, turn_rate_rad_s, time_s);
+            flown.carried(self.wind_m_s, drifting_s(time_s)).position
+        };
         let place = after(age_s);
         let course = if turn_rate_rad_s == 0.0 {
             // Straight, as most aircraft are taken to fly: two places tell all others.
@@ -97,7 +111,7 @@ impl Viewpoint {
         let keep_m = (sensed.radius_m + clearance_m).min(here_m);
         // Half of the way between two samples, at 1 m/s: the middle of a chord is nearer to the centre than its ends.
         let half_way_m = self.horizon_s / SAMPLES as f64 / 2.0;
-        let (here, velocity) = (self.seen(place), Vector2::from(sensed.velocity_m_s));
+        let (here, velocity) = (self.seen(place), Vector2::from(sensed.velocity_m_s) - self.wind_m_s);
         let step = self.to_body * velocity;
         Threat {
             course: Course::through(self.horizon_s, |time_s| here + step * time_s),

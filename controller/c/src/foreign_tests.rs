@@ -68,6 +68,7 @@ fn situation<'a>(
         sensed,
         neighbours: [neighbour(1, None), neighbour(4, Some(heard))],
         leader,
+        wind_m_s: Vector2::zeros(),
         leader_is_silent: leader.is_none(),
         slot_offset_m: Vector2::new(-30.0, 10.0),
         radius_m: 40.0,

@@ -248,7 +248,12 @@ pub enum Event {
         /// The sentence that asked for it.
         sentence: String,
     },
-    /// A link fault or a delay of answers ends.
+    /// An airframe breaks.
+    AirframeFault {
+        /// The sentence that asked for it.
+        sentence: String,
+    },
+    /// A link fault, a delay of answers or a failure of an airframe ends.
     FaultHealed {
         /// The sentence that asked for the fault.
         sentence: String,
@@ -281,6 +286,7 @@ impl Event {
             Self::FaultLate { .. } => "fault.late",
             Self::LinkFault { .. } => "fault.link",
             Self::SlowFault { .. } => "fault.slow",
+            Self::AirframeFault { .. } => "fault.airframe",
             Self::FaultHealed { .. } => "fault.healed",
         }
     }
@@ -301,6 +307,7 @@ impl Event {
             | Self::FaultRequested { .. }
             | Self::LinkFault { .. }
             | Self::SlowFault { .. }
+            | Self::AirframeFault { .. }
             | Self::FaultHealed { .. } => Level::Info,
             Self::NearMiss { .. }
             | Self::Failsafe { .. }
@@ -321,7 +328,10 @@ impl Event {
     /// Who reports it.
     pub fn reporter(&self) -> Reporter {
         match self {
-            Self::LinkFault { .. } | Self::SlowFault { .. } | Self::FaultHealed { .. } => Reporter::Schedule,
+            Self::LinkFault { .. }
+            | Self::SlowFault { .. }
+            | Self::AirframeFault { .. }
+            | Self::FaultHealed { .. } => Reporter::Schedule,
             Self::Collision { .. }
             | Self::NearMiss { .. }
             | Self::Failsafe { .. }
@@ -380,6 +390,7 @@ impl Event {
             | Self::FaultRequested { .. }
             | Self::LinkFault { .. }
             | Self::SlowFault { .. }
+            | Self::AirframeFault { .. }
             | Self::FaultHealed { .. } => false,
         }
     }
@@ -419,7 +430,7 @@ impl Event {
             Self::ProcessFault { part, .. }
             | Self::ProcessLost { part, .. }
             | Self::ProcessFrozen { part } => *part != Part::Recorder,
-            Self::LinkFault { .. } | Self::SlowFault { .. } => true,
+            Self::LinkFault { .. } | Self::SlowFault { .. } | Self::AirframeFault { .. } => true,
             _ => false,
         }
     }
@@ -436,6 +447,7 @@ impl Event {
             | Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }
+            | Self::AirframeFault { sentence }
             | Self::FaultHealed { sentence } => Some(sentence),
             _ => None,
         }

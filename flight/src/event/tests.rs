@@ -68,6 +68,7 @@ fn one_of_each() -> Vec<Event> {
         Event::FaultLate { part: AGENT, late_s: 1.5, sentence: "freeze uav 3 for 2 s".into() },
         Event::LinkFault { sentence: link() },
         Event::SlowFault { sentence: "slow uav 3 by 25 ms".into() },
+        Event::AirframeFault { sentence: "weaken uav 3 to 14 m/s".into() },
         Event::FaultHealed { sentence: link() },
     ]
 }
@@ -120,6 +121,7 @@ fn every_event_has_its_level_name_and_text() {
          |! Warning fault.late: 1.50 s late, with its duration kept: freeze uav 3 for 2 s (uav 3)
          | ~Info fault.link: link 2->3 loss 30 % for 2 s
          | ~Info fault.slow: slow uav 3 by 25 ms
+         | ~Info fault.airframe: weaken uav 3 to 14 m/s
          |  Info fault.healed: link 2->3 loss 30 % for 2 s";
     let expected: Vec<&str> =
         expected.lines().filter_map(|line| line.split_once('|').map(|(_, text)| text)).collect();

@@ -64,6 +64,7 @@ impl Event {
             Self::FaultRequested { sentence }
             | Self::LinkFault { sentence }
             | Self::SlowFault { sentence }
+            | Self::AirframeFault { sentence }
             | Self::FaultHealed { sentence } => sentence.clone(),
         }
     }

@@ -116,6 +116,8 @@ pub struct Account {
     pub slot_force_m: [f64; 2],
     /// `f_obs`, Eq. (13), summed over the obstacles, in m.
     pub repulsion_m: [f64; 2],
+    /// What the UAV takes the velocity of the air for, in m/s; zero in still air.
+    pub wind_m_s: [f64; 2],
     /// `F_i`, Eq. (3), in m^2.
     pub potential_m2: f64,
     /// The speed that the law asks for, within the airframe's limits. It differs from `speed_m_s` only while the

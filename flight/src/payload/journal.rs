@@ -47,6 +47,8 @@ pub struct JournalEntry {
     sensed: Sensed,
     /// What its agent commanded and why, if `has_account` is 1, else zero.
     account: Account,
+    /// The velocity of the air at the UAV over the last tick, if `is_in_sky` is 1. No agent is told.
+    wind_m_s: [f64; 2],
     /// 1 if the UAV was in the sky, else 0.
     is_in_sky: u32,
     /// 1 if an account came, else 0.
@@ -64,15 +66,20 @@ impl JournalEntry {
         (self.is_in_sky == 1).then_some(&self.sensed)
     }
 
+    /// The velocity of the air at the UAV over the last tick, in m/s: zero in still air, and once it has left the sky.
+    pub fn wind_m_s(&self) -> [f64; 2] {
+        if self.is_in_sky == 1 { self.wind_m_s } else { [0.0; 2] }
+    }
+
     /// What the UAV's agent commanded and why; `None` if it gave no command. In real time it may be the account of an
     /// earlier tick that came late.
     pub fn account(&self) -> Option<&Account> {
         (self.has_account == 1).then_some(&self.account)
     }
 
-    /// Takes what the UAV sensed.
-    pub fn set_sensed(&mut self, sensed: &Sensed) {
-        (self.sensed, self.is_in_sky) = (*sensed, 1);
+    /// Takes what the UAV sensed, and the velocity of the air there in m/s.
+    pub fn set_sensed(&mut self, sensed: &Sensed, wind_m_s: [f64; 2]) {
+        (self.sensed, self.wind_m_s, self.is_in_sky) = (*sensed, wind_m_s, 1);
     }
 
     /// Takes the agent's account.

@@ -54,12 +54,12 @@ payloads! {
     Sensed: "Sensed.v2", 448;
     Traffic: "Traffic.v1", 408;
     Command: "Command.v3", 32;
-    Account: "Account.v3", 208;
+    Account: "Account.v4", 224;
     TickTiming: "TickTiming.v1", 72;
     LinkCounts: "LinkCounts.v2", 80;
     Roster: "Roster.v3", 152;
     FormationError: "FormationError.v3", 24;
     EventMessage: "EventMessage.v1", 1024;
     JournalHeader: "JournalHeader.v1", 128;
-    JournalEntry: "JournalEntry.v3", 664;
+    JournalEntry: "JournalEntry.v4", 696;
 }

@@ -77,7 +77,7 @@ pub struct Sensed {
     pub position_m: [f64; 2],
     /// Heading from the x axis, counterclockwise, in (-pi, pi].
     pub heading_rad: f64,
-    /// Speed flown over the last tick.
+    /// Speed flown through the air over the last tick.
     pub speed_m_s: f64,
     /// Turn rate flown over the last tick.
     pub turn_rate_rad_s: f64,

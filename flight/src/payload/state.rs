@@ -28,7 +28,7 @@ pub struct UavState {
     pub position_m: [f64; 2],
     /// Heading from the x axis, counterclockwise, in (-pi, pi].
     pub heading_rad: f64,
-    /// Speed along the heading, from this tick on.
+    /// Speed through the air, along the heading, from this tick on.
     pub speed_m_s: f64,
     /// Rate of the heading, from this tick on.
     pub turn_rate_rad_s: f64,

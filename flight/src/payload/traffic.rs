@@ -66,7 +66,7 @@ pub struct SensedAircraft {
     pub position_m: [f64; 2],
     /// Heading from the x axis, counterclockwise, in (-pi, pi].
     pub heading_rad: f64,
-    /// Speed along the heading.
+    /// Speed along the heading: of a UAV through the air, of an intruder over the ground.
     pub speed_m_s: f64,
     /// Rate of the heading of a UAV that does not answer its agent. Zero for one that does: its turns last for a moment
     /// only, and to extend one over seconds would mislead. Zero for an intruder, whose turns nobody reports.

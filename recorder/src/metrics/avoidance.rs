@@ -113,7 +113,7 @@ impl Spread {
     fn add(&mut self, value: f64) {
         self.sum += value;
         self.count += 1;
-        super::raise(&mut self.max, value);
+        super::errors::raise(&mut self.max, value);
     }
 
     /// Their mean; `None` before the first.

@@ -9,7 +9,7 @@ use ringwing_scenario::{
     Action, Fault, Scenario,
     fault::{
         ProcessFault, Targets, idle_reason,
-        schedule::{LinkFault, SlowAnswers},
+        schedule::{AirframeFailure, AirframeFault, LinkFault, SlowAnswers},
     },
 };
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,7 @@ pub(super) struct EffectWatch {
     absent: BTreeMap<Part, ProcessState>,
     links: Vec<LinkFault>,
     slow: Vec<SlowAnswers>,
+    airframes: Vec<AirframeFault>,
     /// Link faults during which both ends of one of their links ran in some tick.
     crossed: BTreeSet<u32>,
     last_tick: Option<Tick>,
@@ -78,6 +79,7 @@ impl EffectWatch {
             absent: BTreeMap::new(),
             links: Vec::new(),
             slow: Vec::new(),
+            airframes: Vec::new(),
             crossed: BTreeSet::new(),
             last_tick: None,
         };
@@ -94,6 +96,7 @@ impl EffectWatch {
         let schedule = self.scenario.schedule();
         self.links = schedule.link_faults();
         self.slow = schedule.slow_answers();
+        self.airframes = schedule.airframe_faults();
     }
 
     /// Takes an event.
@@ -163,6 +166,8 @@ impl EffectWatch {
                 self.acted.insert(slow.number);
             }
         }
+        let broken = self.airframes.iter().filter(|fault| fault.is_on(now) && hinders(fault, frame));
+        self.acted.extend(broken.map(|fault| fault.number));
         let uavs = self.scenario.formation.uavs;
         for fault in self.links.iter().filter(|fault| fault.is_on(now)) {
             // Once is enough, so the search through all pairs is rare.
@@ -207,6 +212,9 @@ impl EffectWatch {
             Action::Heal(_) => "there was nothing to heal".into(),
             Action::Process { .. } => match self.refusals.get(&number) {
                 Some(refusals) => refusals.join(", "),
+                None if self.airframes.iter().any(|broken| broken.number == number) => {
+                    "no agent asked its airframe for what it could not do".into()
+                }
                 None if self.slow.iter().any(|slow| slow.number == number) => {
                     "no such agent was running".into()
                 }
@@ -230,6 +238,21 @@ impl EffectWatch {
             return "the sender or the receiver was not running".into();
         }
         "it altered no sample while it lasted".into()
+    }
+}
+
+/// Whether the agent asks its airframe in `frame` for something that it cannot do. Without a command there is nothing to hinder: a
+/// failsafe flies slowly, and its circle counts as one.
+fn hinders(fault: &AirframeFault, frame: &Frame) -> bool {
+    let Some(uav) = frame.uavs.get(fault.uav.index()) else { return false };
+    match (fault.failure, &uav.control, &uav.state) {
+        (AirframeFailure::Weak(most_m_s), Some(control), Some(_)) => control.speed_command_m_s > most_m_s,
+        // To the bit: a jam at just the rate that is commanded changes nothing.
+        (AirframeFailure::Jammed(rate_rad_s), Some(control), Some(_)) => {
+            control.turn_rate_command_rad_s != rate_rad_s
+        }
+        (AirframeFailure::Jammed(_), None, Some(_)) => true,
+        _ => false,
     }
 }
 
@@ -370,6 +393,20 @@ mod tests {
         let gone = [(0, applied(UAV_3, KILL, "kill uav 3"))];
         let late = ["at 0 s kill uav 3", "at 0.05 s slow uav 3 by 1 ms"];
         assert_eq!(reasons(&effects(&late, 10, &gone, &[])), ["no such agent was running"]);
+    }
+
+    #[test]
+    fn a_failure_of_an_airframe_acts_if_the_agent_asks_for_what_it_cannot_do() {
+        // At rest every agent asks for 15 m/s, straight on.
+        let faults = [
+            "at 0 s weaken uav 3 to 14 m/s",
+            "at 0 s weaken uav 3 to 16 m/s",
+            "at 0 s jam uav 2 turn at 5 deg/s",
+            "at 0 s jam uav 2 turn at 0 deg/s",
+        ];
+        let result = effects(&faults, 10, &[], &[]);
+        assert_eq!((result.asked, result.acted), (4, 2));
+        assert_eq!(reasons(&result), ["no agent asked its airframe for what it could not do"; 2]);
     }
 
     #[test]

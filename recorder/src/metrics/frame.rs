@@ -7,8 +7,10 @@ use super::{
     links::LinkTotals,
     ring::{FlownRing, RingNeighbour},
 };
-use nalgebra::Point2;
-use ringwing_flight::{Account, Aircraft, Avoided, FlightMode, LeaderState, LinkCounts, Sensed, UavId};
+use nalgebra::{Point2, Vector2};
+use ringwing_flight::{
+    Account, Aircraft, Avoided, FlightMode, LeaderState, LinkCounts, Sensed, UavId, direction,
+};
 use ringwing_scenario::Scenario;
 
 /// The payloads of one tick.
@@ -33,7 +35,7 @@ pub struct AirframeSample {
     pub position: Point2<f64>,
     /// Heading from the x axis, counterclockwise.
     pub heading_rad: f64,
-    /// Speed flown over the last tick.
+    /// Speed flown through the air over the last tick.
     pub speed_m_s: f64,
     /// Turn rate flown over the last tick.
     pub turn_rate_rad_s: f64,
@@ -41,10 +43,13 @@ pub struct AirframeSample {
     pub obstacle_distance_m: Option<f64>,
     /// What controls it.
     pub mode: FlightMode,
+    /// The velocity of the air over the last tick; `None` where it was still.
+    pub wind_m_s: Option<[f64; 2]>,
 }
 
-impl From<&Sensed> for AirframeSample {
-    fn from(sensed: &Sensed) -> Self {
+impl AirframeSample {
+    /// The sample of a UAV that senses this, in air of this velocity.
+    pub fn new(sensed: &Sensed, wind_m_s: [f64; 2]) -> Self {
         let position = Point2::from(sensed.position_m);
         // Obstacles are sorted, the nearest first. The d of Eq. (13) is measured to the centre.
         let distance = |centre: [f64; 2]| (Point2::from(centre) - position).norm();
@@ -55,6 +60,7 @@ impl From<&Sensed> for AirframeSample {
             turn_rate_rad_s: sensed.turn_rate_rad_s,
             obstacle_distance_m: sensed.obstacles().first().map(|obstacle| distance(obstacle.position_m)),
             mode: sensed.mode,
+            wind_m_s: (wind_m_s != [0.0; 2]).then_some(wind_m_s),
         }
     }
 }
@@ -116,7 +122,7 @@ pub struct TrueState {
     pub y_m: f64,
     /// Heading from the x axis, counterclockwise.
     pub heading_rad: f64,
-    /// Speed flown over the last tick.
+    /// Speed flown through the air over the last tick.
     pub speed_m_s: f64,
     /// Turn rate flown over the last tick.
     pub turn_rate_rad_s: f64,
@@ -134,12 +140,32 @@ pub struct TrueState {
     pub obstacle_distance_m: Option<f64>,
     /// What controls the airframe.
     pub mode: FlightMode,
+    /// The velocity of the air over the last tick, east and north; `None` where it was still.
+    pub wind_m_s: Option<[f64; 2]>,
 }
 
 impl TrueState {
     /// True position.
     pub fn position(&self) -> Point2<f64> {
         Point2::new(self.x_m, self.y_m)
+    }
+
+    /// The velocity over the ground: that through the air, along the heading, and that of the air.
+    pub fn velocity_m_s(&self) -> Vector2<f64> {
+        let through_the_air = direction(self.heading_rad) * self.speed_m_s;
+        self.wind_m_s.map_or(through_the_air, |wind_m_s| through_the_air + Vector2::from(wind_m_s))
+    }
+
+    /// Where it goes over the ground, from the x axis, counterclockwise; in still air its heading.
+    pub fn course_rad(&self) -> f64 {
+        let velocity_m_s = self.velocity_m_s();
+        // In still air the heading itself, to the bit.
+        self.wind_m_s.map_or(self.heading_rad, |_| libm::atan2(velocity_m_s.y, velocity_m_s.x))
+    }
+
+    /// The speed of the air; `None` where it was still.
+    pub fn wind_speed_m_s(&self) -> Option<f64> {
+        self.wind_m_s.map(|wind_m_s| Vector2::from(wind_m_s).norm())
     }
 
     /// Whether its agent flies it, and not its failsafe.
@@ -195,6 +221,8 @@ pub struct ControlTerms {
     pub wish_turn_rate_rad_s: f64,
     /// What the collision filter avoids; `None` while it flies the law's wish.
     pub avoided: Option<AvoidedThing>,
+    /// What the agent takes the velocity of the air for; `None` while it takes it for still.
+    pub wind_estimate_m_s: Option<[f64; 2]>,
 }
 
 /// What a collision filter avoids.
@@ -249,6 +277,7 @@ impl ControlTerms {
             wish_speed_m_s: account.wish_speed_m_s,
             wish_turn_rate_rad_s: account.wish_turn_rate_rad_s,
             avoided: AvoidedThing::of(account),
+            wind_estimate_m_s: (account.wind_m_s != [0.0; 2]).then_some(account.wind_m_s),
         }
     }
 
@@ -324,6 +353,16 @@ impl Frame {
 }
 
 impl UavFrame {
+    /// How far the wind that its agent takes for the true one is off, as the length of the difference; `None` in still air, and without
+    /// a command.
+    pub fn wind_error_m_s(&self) -> Option<f64> {
+        let truth_m_s = Vector2::from(self.state.as_ref()?.wind_m_s?);
+        // An agent that takes the air for still is off by the whole wind.
+        let taken_for_m_s =
+            self.control.as_ref()?.wind_estimate_m_s.map_or_else(Vector2::zeros, Vector2::from);
+        Some((taken_for_m_s - truth_m_s).norm())
+    }
+
     /// Its state, if it flies on command.
     pub fn commanded(&self) -> Option<&TrueState> {
         self.state.as_ref().filter(|state| state.is_commanded())
@@ -359,6 +398,7 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         slot_error_m: slot.map(distance),
         obstacle_distance_m: airframe.obstacle_distance_m,
         mode: airframe.mode,
+        wind_m_s: airframe.wind_m_s,
     })
 }
 
@@ -395,8 +435,8 @@ mod tests {
         let mut sensed = testing::sensed(0, 1, [east, 4.0]);
         sensed.obstacle_count = 1;
         sensed.obstacles[0] = SensedObstacle { position_m: [east, 16.0], ..SensedObstacle::default() };
-        samples.airframes[0] = Some((&sensed).into());
-        samples.airframes[3] = Some((&testing::sensed(0, 4, [east, -2.0])).into());
+        samples.airframes[0] = Some(AirframeSample::new(&sensed, [0.0; 2]));
+        samples.airframes[3] = Some(AirframeSample::new(&testing::sensed(0, 4, [east, -2.0]), [0.0; 2]));
         let mut frame = Frame::new(&scenario);
         frame.refill(&samples, 100);
         let state = frame.uavs[0].state.unwrap();
@@ -420,7 +460,7 @@ mod tests {
             if number == 2 {
                 sensed.mode = FlightMode::LOITER;
             }
-            samples.airframes[number as usize - 1] = Some((&sensed).into());
+            samples.airframes[number as usize - 1] = Some(AirframeSample::new(&sensed, [0.0; 2]));
         }
         let mut frame = Frame::new(&scenario);
         frame.refill(&samples, 100);
@@ -440,7 +480,7 @@ mod tests {
         let leader = testing::leader(0, [100.0, 0.0]);
         samples.leader = Some(LeaderState { heading_rad: std::f64::consts::FRAC_PI_2, ..leader });
         // The slot of UAV 1 lies behind the leader, which heads north.
-        samples.airframes[0] = Some((&testing::sensed(0, 1, [103.0, -radius])).into());
+        samples.airframes[0] = Some(AirframeSample::new(&testing::sensed(0, 1, [103.0, -radius]), [0.0; 2]));
         let mut frame = Frame::new(&scenario);
         frame.refill(&samples, 100);
         assert!((frame.uavs[0].state.unwrap().slot_error_m.unwrap() - 3.0).abs() < 1e-9);
@@ -450,7 +490,7 @@ mod tests {
     fn without_a_leader_there_is_no_slot() {
         let scenario = testing::ring_of(3, 10.0);
         let mut samples = TickSamples::new(3);
-        samples.airframes[1] = Some((&testing::sensed(0, 2, [1.0, 2.0])).into());
+        samples.airframes[1] = Some(AirframeSample::new(&testing::sensed(0, 2, [1.0, 2.0]), [0.0; 2]));
         let mut frame = Frame::new(&scenario);
         frame.refill(&samples, 100);
         let state = frame.uavs[1].state.as_ref().unwrap();

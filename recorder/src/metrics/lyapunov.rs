@@ -2,7 +2,8 @@
 //!
 //! In a turn, V measures each heading against the velocity of the slot instead of the leader's, so it is 0 exactly while
 //! every UAV moves with its slot. The theorem assumes a leader that flies straight (Assumption 1), so rises of V count only
-//! then. Where the leader is at a tick follows from the scenario, because the log holds the leader less often.
+//! then. In wind, V measures the course over the ground instead of the heading, and rises do not count: the theorem assumes still
+//! air. Where the leader is at a tick follows from the scenario, because the log holds the leader less often.
 //!
 //! Must never share code with the agents' law: a mistake in the law must not hide in the code that judges the flight.
 //! A pair of neighbours counts if both fly on command; each of the two adds half of the pair's term.
@@ -26,7 +27,7 @@ pub(super) struct LyapunovWatch {
     leader: LeaderPath,
     frame: FormationFrame,
     rate_hz: u32,
-    /// Whether the agents fly the law that the theorem is about.
+    /// Whether the agents fly the law that the theorem is about, in still air.
     is_papers: bool,
     rises: u64,
     last: Option<Last>,
@@ -51,7 +52,7 @@ impl LyapunovWatch {
             leader: scenario.leader_path(),
             frame: scenario.formation.frame,
             rate_hz: scenario.time.rate_hz,
-            is_papers: scenario.control.law == Law::Paper,
+            is_papers: scenario.control.law == Law::Paper && scenario.wind.is_still(),
             rises: 0,
             last: None,
         }
@@ -110,7 +111,7 @@ impl LyapunovWatch {
         let centre = self.stretch(state.leader_distance_m?, place.radius_m);
         let slot = self.slot_gain * state.slot_error_m?.powi(2);
         let (speed_m_s, heading_rad) = self.slot_motion(place, leader);
-        let heading = speed_m_s * (1.0 - libm::cos(state.heading_rad - heading_rad));
+        let heading = speed_m_s * (1.0 - libm::cos(state.course_rad() - heading_rad));
         Some(0.5 * centre + 0.5 * slot + heading)
     }
 

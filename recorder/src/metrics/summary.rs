@@ -16,6 +16,9 @@ pub struct FlightSummary {
     pub slot_error_max_m: Option<f64>,
     /// The root of the mean of the squared slot errors at the end.
     pub slot_error_rms_m: Option<f64>,
+    /// The root of the mean of the squared slot errors over the second half of the flight.
+    #[serde(default)]
+    pub keeping_error_rms_m: Option<f64>,
     /// The largest `| |p_i - p_j| - L |` of ring neighbours at the end.
     pub neighbour_error_max_m: Option<f64>,
     /// The largest `| |p_i - p_c| - R |` at the end.

@@ -50,6 +50,7 @@ pub fn judge(scenario: &Scenario, summary: &FlightSummary, collisions: Option<us
     violations.extend(required.settling_max_s.and_then(|most_s| judge_settling(most_s, summary)));
     violations.extend(required.recovery_max_s.and_then(|most_s| judge_recovery(most_s, summary)));
     violations.extend(required.slot_error_max_m.and_then(|most_m| judge_slot_error(most_m, summary)));
+    violations.extend(required.keeping_error_rms_max_m.and_then(|most_m| judge_keeping(most_m, summary)));
     violations
         .extend(required.turn_rate_saturated_share_max.and_then(|most| judge_saturation(most, summary)));
     violations.extend(judge_losses(required.unplanned_losses_max, summary));
@@ -175,6 +176,17 @@ fn judge_slot_error(most_m: f64, summary: &FlightSummary) -> Option<String> {
             let worst = summary.uavs.iter().find(|uav| uav.commanded && uav.slot_error_m == Some(error_m));
             let whose = worst.map_or_else(String::new, |uav| format!(" (uav {})", uav.uav));
             Some(format!("largest slot error at the end {error_m:.3} m{whose}, required at most {most_m} m"))
+        }
+        Some(_) => None,
+    }
+}
+
+fn judge_keeping(most_m: f64, summary: &FlightSummary) -> Option<String> {
+    let label = "slot error over the second half of the flight";
+    match summary.keeping_error_rms_m {
+        None => Some(format!("{label} not measured, required at most {most_m} m root mean square")),
+        Some(error_m) if error_m > most_m => {
+            Some(format!("{label} {error_m:.3} m root mean square, required at most {most_m} m"))
         }
         Some(_) => None,
     }

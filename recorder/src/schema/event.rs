@@ -181,6 +181,7 @@ fn sentence(event: &Event) -> &str {
         | Event::FaultRequested { sentence }
         | Event::LinkFault { sentence }
         | Event::SlowFault { sentence }
+        | Event::AirframeFault { sentence }
         | Event::FaultHealed { sentence } => sentence,
         _ => "",
     }

@@ -23,7 +23,7 @@ pub struct UavState {
     /// Heading from the x axis, counterclockwise.
     #[prost(double, tag = "5")]
     pub heading_rad: f64,
-    /// Speed flown over the last tick.
+    /// Speed flown through the air over the last tick.
     #[prost(double, tag = "6")]
     pub speed_m_s: f64,
     /// Turn rate flown over the last tick.
@@ -53,6 +53,18 @@ pub struct UavState {
     /// What controls the airframe: `commanded`, or the name of its failsafe.
     #[prost(string, tag = "15")]
     pub mode: String,
+    /// Velocity of the air at the UAV over the last tick, east; absent in still air, like all of the wind.
+    #[prost(double, optional, tag = "16")]
+    pub wind_x_m_s: Option<f64>,
+    /// Velocity of the air, north.
+    #[prost(double, optional, tag = "17")]
+    pub wind_y_m_s: Option<f64>,
+    /// Where the UAV goes over the ground, from the x axis, counterclockwise. In still air that is its heading.
+    #[prost(double, optional, tag = "18")]
+    pub course_rad: Option<f64>,
+    /// Speed over the ground. In still air that is the speed.
+    #[prost(double, optional, tag = "19")]
+    pub ground_speed_m_s: Option<f64>,
 }
 
 /// What an agent commanded and the terms behind it, every tick: `/uav/001/control`.
@@ -163,6 +175,12 @@ pub struct UavControl {
     /// How far the heading that the filter takes lies from that of the law's course; positive to the left.
     #[prost(double, optional, tag = "34")]
     pub avoided_turn_rad: Option<f64>,
+    /// What the agent takes the velocity of the air for, east; absent while it takes the air for still.
+    #[prost(double, optional, tag = "35")]
+    pub wind_estimate_x_m_s: Option<f64>,
+    /// What the agent takes the velocity of the air for, north.
+    #[prost(double, optional, tag = "36")]
+    pub wind_estimate_y_m_s: Option<f64>,
 }
 
 impl UavState {
@@ -184,6 +202,10 @@ impl UavState {
             slot_error_m: state.slot_error_m,
             obstacle_distance_m: state.obstacle_distance_m,
             mode: state.mode.name().into(),
+            wind_x_m_s: state.wind_m_s.map(|[x, _]| x),
+            wind_y_m_s: state.wind_m_s.map(|[_, y]| y),
+            course_rad: state.wind_m_s.map(|_| state.course_rad()),
+            ground_speed_m_s: state.wind_m_s.map(|_| state.velocity_m_s().norm()),
         }
     }
 
@@ -204,6 +226,8 @@ impl UavState {
             obstacle_distance_m: self.obstacle_distance_m,
             // A mode that this version does not know reads as `unknown`, and the rest of the state stays usable.
             mode: FlightMode::from_name(&self.mode),
+            // Course and ground speed follow from the rest.
+            wind_m_s: self.wind_x_m_s.zip(self.wind_y_m_s).map(Into::into),
         }
     }
 }
@@ -252,6 +276,8 @@ impl UavControl {
             avoided_y_m: control.avoided.map(|avoided| avoided.place_m[1]),
             avoided_intruder: control.avoided.and_then(|avoided| avoided.intruder),
             avoided_turn_rad: control.avoided.map(|avoided| avoided.turn_rad),
+            wind_estimate_x_m_s: control.wind_estimate_m_s.map(|[x, _]| x),
+            wind_estimate_y_m_s: control.wind_estimate_m_s.map(|[_, y]| y),
         }
     }
 
@@ -286,6 +312,7 @@ impl UavControl {
                 place_m: [x, y],
                 turn_rad: self.avoided_turn_rad.unwrap_or_default(),
             }),
+            wind_estimate_m_s: self.wind_estimate_x_m_s.zip(self.wind_estimate_y_m_s).map(Into::into),
         }
     }
 }
@@ -312,6 +339,20 @@ mod tests {
             let control = ControlTerms { wish_speed_m_s: 17.0, avoided, ..ControlTerms::default() };
             assert_eq!(UavControl::of(7, 3, &control).terms(), control);
         }
+    }
+
+    #[test]
+    fn the_wind_and_what_the_agent_takes_it_for_come_back_and_the_course_is_logged_with_them() {
+        let mut frame = testing::at_rest(&testing::ring_of(3, 40.0), 7);
+        let state = frame.uavs[0].state.as_mut().unwrap();
+        // East at 15 m/s in a wind of 20 m/s to the north: the triangle of 3, 4 and 5.
+        state.wind_m_s = Some([0.0, 20.0]);
+        let message = UavState::of(7, state);
+        assert!((message.ground_speed_m_s.unwrap() - 25.0).abs() < 1e-12);
+        assert!((message.course_rad.unwrap() - (20.0_f64 / 15.0).atan()).abs() < 1e-12);
+        assert_eq!(message.state(), *state);
+        let control = ControlTerms { wind_estimate_m_s: Some([1.0, 18.5]), ..ControlTerms::default() };
+        assert_eq!(UavControl::of(7, 1, &control).terms(), control);
     }
 
     #[test]

@@ -65,7 +65,9 @@ impl CurrentFaults {
             Event::ProcessThawed { part } | Event::ProcessFault { part, action: Thaw, .. } => {
                 self.frozen.remove(part);
             }
-            Event::LinkFault { sentence } | Event::SlowFault { sentence } => {
+            Event::LinkFault { sentence }
+            | Event::SlowFault { sentence }
+            | Event::AirframeFault { sentence } => {
                 self.asked.insert(sentence.clone());
             }
             Event::FaultHealed { sentence } => {

@@ -48,6 +48,8 @@ impl ProcessFault {
             Self::Restart { .. } => "restart",
             Self::Flap { .. } => "flap",
             Self::Slow { .. } => "slow",
+            Self::Weaken { .. } => "weaken",
+            Self::Jam { .. } => "jam",
         }
     }
 
@@ -58,6 +60,10 @@ impl ProcessFault {
             Self::Restart { after_s } => format!(" after {}", time(after_s)),
             Self::Flap { every_s, for_s } => format!(" every {}{}", time(every_s), duration(Some(for_s))),
             Self::Slow { by_s, for_s } => format!(" by {}{}", time(by_s), duration(for_s)),
+            Self::Weaken { to_m_s, for_s } => format!(" to {to_m_s} m/s{}", duration(for_s)),
+            Self::Jam { turn_rate_rad_s, for_s } => {
+                format!(" turn at {}/s{}", angle(turn_rate_rad_s), duration(for_s))
+            }
         }
     }
 }

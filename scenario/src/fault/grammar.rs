@@ -8,7 +8,7 @@ use super::{
 };
 use std::str::FromStr;
 
-const ACTIONS: [&str; 12] = [
+const ACTIONS: [&str; 14] = [
     "kill",
     "stop",
     "freeze",
@@ -17,6 +17,8 @@ const ACTIONS: [&str; 12] = [
     "restart",
     "flap",
     "slow",
+    "weaken",
+    "jam",
     "link",
     "partition",
     "isolate",
@@ -128,10 +130,18 @@ fn process_fault(verb: &str, words: &mut Lexer<'_>) -> Parsed<ProcessFault> {
             words.expect("for")?;
             ProcessFault::Flap { every_s, for_s: words.duration_s()? }
         }
-        // "slow", the last of the process faults in ACTIONS.
-        _ => {
+        "slow" => {
             words.expect("by")?;
             ProcessFault::Slow { by_s: words.duration_s()?, for_s: for_s(words)? }
+        }
+        "weaken" => {
+            words.expect("to")?;
+            ProcessFault::Weaken { to_m_s: words.speed_m_s()?, for_s: for_s(words)? }
+        }
+        // "jam", the last of the process faults in ACTIONS.
+        _ => {
+            ["turn", "at"].into_iter().try_for_each(|word| words.expect(word))?;
+            ProcessFault::Jam { turn_rate_rad_s: words.turn_rate_rad_s()?, for_s: for_s(words)? }
         }
     })
 }

@@ -23,6 +23,8 @@ pub(super) const TIME_MAX_S: f64 = 24.0 * 3600.0;
 const LENGTH_MAX_M: f64 = 1e6;
 /// Largest angle, a little above a full turn: a larger one probably has the wrong unit.
 const ANGLE_MAX_RAD: f64 = 7.0;
+/// Highest speed of an airframe: none of this kind is faster, so a larger one probably has the wrong unit.
+const SPEED_MAX_M_S: f64 = 1000.0;
 /// Largest capacity of a link: far above the highest tick rate, so a larger one is a mistake.
 const SAMPLES_PER_S_MAX: f64 = 1e6;
 /// Most places in a link's queue. A sample in a longer one would wait for longer than most flights last.
@@ -147,6 +149,29 @@ impl<'t> Lexer<'t> {
         let number = self.number(what)?;
         let angle = if self.choose(&["deg", "rad"])? == "deg" { number.to_radians() } else { number };
         self.check(start, angle.abs() <= ANGLE_MAX_RAD, angle, || format!("out of range, expected {what}"))
+    }
+
+    /// A speed above 0, `14 m/s`.
+    pub(super) fn speed_m_s(&mut self) -> Parsed<f64> {
+        let what = "a speed above 0, such as 14 m/s";
+        let start = self.next;
+        let number = self.number(what)?;
+        ["m", "/", "s"].into_iter().try_for_each(|word| self.expect(word))?;
+        let range = f64::MIN_POSITIVE..=SPEED_MAX_M_S;
+        self.check(start, range.contains(&number), number, || {
+            format!("out of range, expected {what}, of at most {SPEED_MAX_M_S}")
+        })
+    }
+
+    /// A turn rate, `5 deg/s` or `-0.1 rad/s`, in radians per second.
+    pub(super) fn turn_rate_rad_s(&mut self) -> Parsed<f64> {
+        // The error about a wrong number should show a rate, not an angle.
+        if !self.is_at_number() {
+            return Err(self.expected("a turn rate, such as 5 deg/s or -0.1 rad/s", &[]));
+        }
+        let angle = self.angle_rad()?;
+        ["/", "s"].into_iter().try_for_each(|word| self.expect(word))?;
+        Ok(angle)
     }
 
     /// A probability from 0 to 1, `30 %` or `0.3`.

@@ -59,7 +59,7 @@ pub enum Action {
     Heal(Links),
 }
 
-/// A fault of one process.
+/// A fault of one process, or of the airframe that an agent flies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ProcessFault {
     /// SIGKILL. An agent or the leader stays away; the launcher replaces a recorder.
@@ -94,6 +94,27 @@ pub enum ProcessFault {
         /// Duration in seconds of simulated time; `None` lasts to the end of the flight.
         for_s: Option<f64>,
     },
+    /// The airframe cannot fly faster than this through the air, and never slower than its lowest speed.
+    Weaken {
+        /// The highest speed that is left, in m/s.
+        to_m_s: f64,
+        /// Duration in seconds; `None` lasts to the end of the flight.
+        for_s: Option<f64>,
+    },
+    /// The airframe turns at this rate whatever is commanded, within its limits.
+    Jam {
+        /// The turn rate, in rad/s.
+        turn_rate_rad_s: f64,
+        /// Duration in seconds; `None` lasts to the end of the flight.
+        for_s: Option<f64>,
+    },
+}
+
+impl ProcessFault {
+    /// Whether it is one of the airframe, which no process notices.
+    pub fn is_of_airframe(&self) -> bool {
+        matches!(self, Self::Weaken { .. } | Self::Jam { .. })
+    }
 }
 
 /// The processes that a fault is for.

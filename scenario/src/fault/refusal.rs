@@ -63,6 +63,9 @@ impl ProcessFault {
             (Targets::Leader, Self::Slow { .. }) => {
                 "the leader cannot be slowed: delay its links instead, such as \"link leader->all delay 20 ms\""
             }
+            (Targets::Leader | Targets::Recorder, Self::Weaken { .. } | Self::Jam { .. }) => {
+                "only UAVs have airframes: name UAVs, such as \"weaken uav 3 to 14 m/s\""
+            }
             _ => return None,
         };
         Some(reason.into())

@@ -50,6 +50,37 @@ impl LinkFault {
     }
 }
 
+/// A broken airframe, and the ticks for which it is broken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AirframeFault {
+    /// Which of the run's faults it is, counted from 1 in the order of the scenario; added ones come last.
+    pub number: u32,
+    /// Whose airframe it is.
+    pub uav: UavId,
+    /// The first tick that is flown so.
+    pub begin: Tick,
+    /// The first tick that is flown as commanded again; `None` if the fault lasts to the end.
+    pub end: Option<Tick>,
+    /// What it cannot do.
+    pub failure: AirframeFailure,
+}
+
+/// What a broken airframe cannot do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum AirframeFailure {
+    /// Fly faster than this, in m/s.
+    Weak(f64),
+    /// Turn at another rate than this, in rad/s.
+    Jammed(f64),
+}
+
+impl AirframeFault {
+    /// Whether `tick` is flown so.
+    pub fn is_on(&self, tick: Tick) -> bool {
+        is_on(self.begin, self.end, tick)
+    }
+}
+
 /// A process that answers late, and the ticks for which it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlowAnswers {
@@ -201,8 +232,9 @@ impl FaultSchedule<'_> {
                 let pair = |at| [(Tick(at), kill), (Tick(at + period / 2), ProcessAction::Start)];
                 kills.flat_map(pair).collect()
             }
-            // No process acts on another here: the agent delays its own answers, see `slow_answers`.
-            ProcessFault::Slow { .. } => Vec::new(),
+            // No process acts on another here: the agent delays its own answers, see `slow_answers`, and the world breaks
+            // airframes, see `airframe_faults`.
+            ProcessFault::Slow { .. } | ProcessFault::Weaken { .. } | ProcessFault::Jam { .. } => Vec::new(),
         }
     }
 
@@ -252,7 +284,27 @@ impl FaultSchedule<'_> {
         self.process_faults().into_iter().flat_map(slow).collect()
     }
 
-    /// The events of link faults and slow processes, in order of ticks.
+    /// The airframes that are broken, and when.
+    pub fn airframe_faults(&self) -> Vec<AirframeFault> {
+        let broken = |AssignedFault { number, tick: begin, fault, parts, .. }: AssignedFault| {
+            let (failure, for_s) = match fault {
+                ProcessFault::Weaken { to_m_s, for_s } => (AirframeFailure::Weak(to_m_s), for_s),
+                ProcessFault::Jam { turn_rate_rad_s, for_s } => {
+                    (AirframeFailure::Jammed(turn_rate_rad_s), for_s)
+                }
+                _ => return Vec::new(),
+            };
+            let end = for_s.map(|for_s| self.tick_after(begin, for_s));
+            let of = |part| match part {
+                Part::Agent(uav) => Some(AirframeFault { number, uav, begin, end, failure }),
+                _ => None,
+            };
+            parts.into_iter().filter_map(of).collect()
+        };
+        self.process_faults().into_iter().flat_map(broken).collect()
+    }
+
+    /// The events of link faults, slow processes and broken airframes, in order of ticks.
     ///
     /// The scenario alone decides them. The events of other process faults are left out, because the launcher reports
     /// what it really did.
@@ -263,8 +315,14 @@ impl FaultSchedule<'_> {
             all.extend(end.map(|end| healed(end, sentence)));
         }
         for AssignedFault { tick, fault, sentence, .. } in self.process_faults() {
-            let ProcessFault::Slow { for_s, .. } = fault else { continue };
-            all.push(TimedEvent { tick, event: Event::SlowFault { sentence: sentence.clone() } });
+            let (event, for_s) = match fault {
+                ProcessFault::Slow { for_s, .. } => (Event::SlowFault { sentence: sentence.clone() }, for_s),
+                ProcessFault::Weaken { for_s, .. } | ProcessFault::Jam { for_s, .. } => {
+                    (Event::AirframeFault { sentence: sentence.clone() }, for_s)
+                }
+                _ => continue,
+            };
+            all.push(TimedEvent { tick, event });
             all.extend(for_s.map(|for_s| healed(self.tick_after(tick, for_s), sentence)));
         }
         all.sort_by_key(|announcement| announcement.tick);

@@ -56,11 +56,11 @@ fn every_spelling_of_a_fault_is_written_back_in_one_form() {
 const SYNTAX_ERRORS: [(&str, &str); 25] = [
     (
         "",
-        "the sentence is empty: expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+        "the sentence is empty: expected kill, stop, freeze, thaw, start, restart, flap, slow, weaken, jam, link, partition, isolate or heal",
     ),
     (
         "kil uav 3",
-        "word 1, \"kil\": did you mean kill? Expected kill, stop, freeze, thaw, start, restart, flap, slow, link, partition, isolate or heal",
+        "word 1, \"kil\": did you mean kill? Expected kill, stop, freeze, thaw, start, restart, flap, slow, weaken, jam, link, partition, isolate or heal",
     ),
     ("kill", "after \"kill\": expected uav, random, all, leader, recorder or world"),
     ("kill 3", "word 2, \"3\": expected uav, random, all, leader, recorder or world"),
@@ -302,6 +302,9 @@ fn fault() -> impl Strategy<Value = ProcessFault> {
         time().prop_map(|after_s| ProcessFault::Restart { after_s }),
         (time(), time()).prop_map(|(every_s, for_s)| ProcessFault::Flap { every_s, for_s }),
         (time(), option::of(time())).prop_map(|(by_s, for_s)| ProcessFault::Slow { by_s, for_s }),
+        (0.1..100.0, option::of(time())).prop_map(|(to_m_s, for_s)| ProcessFault::Weaken { to_m_s, for_s }),
+        (-3.0..3.0, option::of(time()))
+            .prop_map(|(turn_rate_rad_s, for_s)| ProcessFault::Jam { turn_rate_rad_s, for_s }),
     ]
 }
 

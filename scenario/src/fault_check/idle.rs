@@ -7,7 +7,7 @@ use crate::{
     Action, Fault, Scenario,
     fault::{
         Links, Receiver, Sender, idle_reason, rounded_delay,
-        schedule::{LinkFault, SlowAnswers},
+        schedule::{AirframeFailure, LinkFault, SlowAnswers},
     },
 };
 use ringwing_flight::{Part, ProcessAction, ProcessState, Tick, UavId};
@@ -35,7 +35,12 @@ impl Scenario {
     /// What is noteworthy about `added`, a fault that is to be added: that it will have no effect, or that rounding changes
     /// its delay. Faults of processes are left out: only the launcher knows which processes run.
     pub fn warning_about(&self, added: &Fault) -> Option<String> {
-        if !matches!(added.action, Action::Link { .. }) {
+        let is_known = match &added.action {
+            Action::Link { .. } => true,
+            Action::Process { fault, .. } => fault.is_of_airframe(),
+            Action::Heal(_) => false,
+        };
+        if !is_known {
             return None;
         }
         let all = self.faults.iter().chain([added]).cloned().collect();
@@ -57,6 +62,7 @@ impl IdleFaults {
         let presence = Presence::planned(scenario);
         idle.note_processes(scenario, &presence);
         idle.note_links(scenario, &presence);
+        idle.note_airframes(scenario);
         idle.note_late(scenario);
         idle
     }
@@ -92,6 +98,16 @@ impl IdleFaults {
                 .or_else(|| cut_off(&fault, presence));
             if let Some(reason) = reason {
                 self.reasons.insert(fault.number, reason);
+            }
+        }
+    }
+
+    /// Airframes that are broken to what they can do anyway.
+    fn note_airframes(&mut self, scenario: &Scenario) {
+        let most_m_s = scenario.airframe.speed_max_m_s;
+        for fault in scenario.schedule().airframe_faults() {
+            if matches!(fault.failure, AirframeFailure::Weak(to_m_s) if to_m_s >= most_m_s) {
+                self.reasons.insert(fault.number, format!("no airframe is faster than {most_m_s} m/s"));
             }
         }
     }
@@ -246,6 +262,8 @@ mod tests {
                 "at 5 s link all rate 100 samples/s",
                 "100 samples/s are enough for the 100 that each sender sends",
             ),
+            ("at 5 s weaken uav 3 to 25 m/s", "no airframe is faster than 25 m/s"),
+            ("at 95 s jam uav 3 turn at 5 deg/s", "it begins at 95 s"),
             ("at 5 s heal all", "there is nothing to heal then"),
             ("at 5 s thaw uav 3", "uav 3 is not frozen"),
             ("at 5 s start leader", "leader is there already"),
@@ -268,6 +286,8 @@ mod tests {
             "at 5 s link all gilbert 0 10 % 0 0.5",
             "at 5 s link all rate 99 samples/s",
             "at 5 s isolate 3",
+            "at 5 s weaken uav 3 to 14 m/s",
+            "at 5 s jam uav 3 turn at 0 deg/s for 2 s",
         ] {
             let idle = reason(sentence).filter(|warning| warning.starts_with("the fault will"));
             assert_eq!(idle, None, "{sentence}");

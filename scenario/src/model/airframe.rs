@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// `[airframe]`: the limits of Eq. (2), and what an airframe does without its agent.
+/// `[airframe]`: the limits of Eq. (2), how fast an airframe does what it is told, and what it does without its agent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AirframeSection {
@@ -12,6 +12,14 @@ pub struct AirframeSection {
     pub speed_max_m_s: f64,
     /// `omega_max`.
     pub turn_rate_max_rad_s: f64,
+    /// Time constant with which the speed approaches the commanded one; 0 for none.
+    pub speed_lag_s: f64,
+    /// Largest change of the speed; 0 for no limit.
+    pub acceleration_max_m_s2: f64,
+    /// Time constant with which the turn rate approaches the commanded one; 0 for none.
+    pub turn_lag_s: f64,
+    /// Largest change of the turn rate; 0 for no limit.
+    pub turn_acceleration_max_rad_s2: f64,
     /// How long an airframe flies on the last command of a silent agent before its failsafe takes over.
     pub command_timeout_s: f64,
     /// What the failsafe does.
@@ -29,6 +37,11 @@ impl Default for AirframeSection {
             speed_min_m_s: 12.0,
             speed_max_m_s: 25.0,
             turn_rate_max_rad_s: 0.5,
+            // The paper's airframes do at once what they are told.
+            speed_lag_s: 0.0,
+            acceleration_max_m_s2: 0.0,
+            turn_lag_s: 0.0,
+            turn_acceleration_max_rad_s2: 0.0,
             command_timeout_s: 0.5,
             failsafe: Failsafe::Loiter,
             collision_distance_m: 2.0,

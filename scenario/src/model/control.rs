@@ -29,6 +29,11 @@ pub struct ControlSection {
     /// Fly the velocity and turn rate of the slot, as the leader's turn makes them, instead of the leader's. On a straight
     /// path the two are the same.
     pub turn_feed_forward: bool,
+    /// Estimate the wind from the UAV's own drift, which is its way over the ground less its way through the air, and fly with
+    /// that. Without this, a UAV takes the mean wind if it is told, and else takes the air for still.
+    pub wind_estimated: bool,
+    /// Time over which that drift is averaged.
+    pub wind_time_s: f64,
     /// Close the ring after a loss and open it on a return, as [`MembershipSection`] says.
     pub ring_closes: bool,
     /// Depart from the law's wish where its path is not clear of other aircraft and obstacles, as [`SafetySection`] says.
@@ -51,6 +56,7 @@ impl Default for ControlSection {
             gain_fades,
             force_limited,
             turn_feed_forward,
+            wind_estimated,
             ring_closes,
             collision_filter,
         } = Law::Paper.switches();
@@ -63,6 +69,9 @@ impl Default for ControlSection {
             gain_reach_spacings: 0.5,
             force_limited,
             turn_feed_forward,
+            wind_estimated,
+            // Longer averages out more noise of positions, and follows gusts later.
+            wind_time_s: 0.5,
             ring_closes,
             collision_filter,
             // G of Section 4.1. The paper gives no k: below 40 a UAV hits obstacle 2 of Section 4.2, and a much larger
@@ -104,6 +113,7 @@ impl Law {
             gain_fades: on,
             force_limited: on,
             turn_feed_forward: on,
+            wind_estimated: on,
             ring_closes: on,
             // Off under both laws: after some losses a ring closes later with it, because the others go round the circle of
             // the UAV that was lost.
@@ -126,6 +136,8 @@ pub struct LawSwitches {
     pub force_limited: bool,
     /// See [`ControlSection::turn_feed_forward`].
     pub turn_feed_forward: bool,
+    /// See [`ControlSection::wind_estimated`].
+    pub wind_estimated: bool,
     /// See [`ControlSection::ring_closes`].
     pub ring_closes: bool,
     /// See [`ControlSection::collision_filter`].

@@ -269,6 +269,9 @@ pub struct RequirementsSection {
     /// Largest distance of a UAV from its slot at the end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slot_error_max_m: Option<f64>,
+    /// Largest root mean square of the slot errors of all UAVs over the second half of the flight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub keeping_error_rms_max_m: Option<f64>,
     /// Largest share of commands whose turn rate Eq. (12) cuts: a swarm that is thrown about turns as hard as it can.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turn_rate_saturated_share_max: Option<f64>,

@@ -14,6 +14,7 @@ mod mission;
 mod process;
 mod start;
 mod surroundings;
+mod wind;
 
 pub use agents::AgentSection;
 pub(crate) use agents::NamedUavs;
@@ -28,6 +29,7 @@ pub use mission::{
 pub use process::{IpcSection, SupervisionSection, Wake};
 pub use start::{DrawSection, StartSection, StartState};
 pub use surroundings::{IntruderSection, ObstacleFieldSection, ObstacleSection};
+pub use wind::WindSection;
 
 use crate::{Fault, FaultSchedule, assignment};
 use ringwing_flight::{Formation, LivingRing, Manoeuvre, Pace, RingOrder, Tick, UavId};
@@ -70,6 +72,8 @@ pub struct Scenario {
     pub georeference: GeoreferenceSection,
     /// What each UAV can sense.
     pub sensing: SensingSection,
+    /// The air that the swarm flies in.
+    pub wind: WindSection,
     /// How long the run waits for a process.
     pub supervision: SupervisionSection,
     /// How processes exchange messages.
@@ -253,6 +257,7 @@ impl Default for Scenario {
             airframe: AirframeSection::default(),
             georeference: GeoreferenceSection::default(),
             sensing: SensingSection::default(),
+            wind: WindSection::default(),
             supervision: SupervisionSection::default(),
             ipc: IpcSection::default(),
             requirements: RequirementsSection::default(),

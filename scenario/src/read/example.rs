@@ -58,6 +58,7 @@ pub fn scenario() -> Scenario {
             settling_max_s: Some(20.0),
             recovery_max_s: Some(20.0),
             slot_error_max_m: Some(0.05),
+            keeping_error_rms_max_m: Some(2.0),
             faults_act: true,
             turn_rate_saturated_share_max: Some(0.5),
             ..RequirementsSection::default()

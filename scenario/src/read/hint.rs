@@ -113,7 +113,7 @@ mod tests {
             refusal("obstacles.radius_m"),
             "no such key; obstacles is a list, so give an index from 0, such as obstacles.0.radius_m"
         );
-        assert!(refusal("wind.gusts").contains("scenario show"));
+        assert!(refusal("weather.gusts").contains("scenario show"));
         assert!(refusal("").starts_with("no such key"));
     }
 }

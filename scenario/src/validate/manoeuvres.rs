@@ -48,7 +48,8 @@ fn too_early(scenario: &Scenario, before: usize, manoeuvre: &ManoeuvreSection) -
 
 /// Manoeuvres that are faster than the airframes, or in which two UAVs would collide.
 ///
-/// A slot moves at a constant rate, so its speed over the ground is that of its place in the formation plus its own.
+/// A slot moves at a constant rate, so its velocity is that of its place in the formation plus its own. Airframes need that velocity
+/// less the mean wind.
 pub(super) fn follow(scenario: &Scenario) -> Vec<Violation> {
     let (formation, order) = (scenario.formation(), scenario.ring_order());
     let uavs = || UavId::all(formation.count());
@@ -99,14 +100,15 @@ fn too_fast(scenario: &Scenario, index: usize, manoeuvre: &Manoeuvre, before: &[
     Some(violation.or_at("leader.speed_m_s", message))
 }
 
-/// How the leader moves at moments `during` this time in seconds, seen in the formation's frame.
+/// How the leader moves through the air at moments `during` this time in seconds, seen in the formation's frame.
 fn leader_motions(scenario: &Scenario, during: Range<f64>) -> Vec<FrameMotion> {
     let (path, frame) = (scenario.leader_path(), scenario.formation.frame);
+    let wind_m_s = scenario.wind.mean_m_s();
     // All moments of a straight path are the same.
     let moments = if scenario.leader.path.kind == PathKind::Straight { 0 } else { LEADER_MOMENTS };
     let at = |moment: u32| {
         let share = f64::from(moment) / f64::from(LEADER_MOMENTS);
-        FrameMotion::new(frame, &path.at(during.start + share * (during.end - during.start)))
+        FrameMotion::new(frame, &path.at(during.start + share * (during.end - during.start)), wind_m_s)
     };
     (0..=moments).map(at).collect()
 }

@@ -11,6 +11,7 @@ mod places;
 #[cfg(test)]
 mod tests;
 mod violation;
+mod wind;
 
 pub(crate) use violation::{Blame, Violation};
 
@@ -41,6 +42,8 @@ const LOSS_TICKS_MIN: u32 = 4;
 /// Longest time that the collision filter may look ahead, or wait between two looks. Nothing that is farther ahead can be
 /// predicted.
 const HORIZON_MAX_S: f64 = 60.0;
+/// Longest lag of an airframe. With a longer one it would not follow commands within a flight.
+const LAG_MAX_S: f64 = 60.0;
 /// Smallest angle between two courses of the collision filter. A smaller one makes each look slow.
 const HEADING_STEP_MIN_DEG: f64 = 1.0;
 
@@ -58,6 +61,7 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(membership(scenario));
     violations.extend(safety(scenario));
     violations.extend(sensing(scenario));
+    violations.extend(wind::quantities(scenario));
     violations.extend(leader(scenario));
     violations.extend(leader_path::leader_path(scenario));
     violations.extend(airframe(scenario));
@@ -73,6 +77,10 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(agents::agents(scenario));
     violations.extend(faults(scenario));
     // The geometry of wrong quantities has no meaning.
+    if violations.is_empty() {
+        violations.extend(wind::through_the_air(scenario));
+    }
+    // A manoeuvre needs what speed the wind leaves over.
     if violations.is_empty() {
         violations.extend(manoeuvres::follow(scenario));
     }
@@ -138,6 +146,7 @@ fn control(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         quantity("control.heading_gain_rad_per_m", control.heading_gain_rad_per_m).above_zero(),
         quantity("control.trust_time_s", control.trust_time_s).timeout(TIMEOUT_MAX_S),
         quantity("control.gain_reach_spacings", control.gain_reach_spacings).above_zero(),
+        quantity("control.wind_time_s", control.wind_time_s).timeout(TIMEOUT_MAX_S),
     ]
     .into_iter()
     .flatten()
@@ -232,6 +241,11 @@ fn airframe(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         speed_min.above_zero(),
         speed_min.below(quantity("airframe.speed_max_m_s", airframe.speed_max_m_s)),
         quantity("airframe.turn_rate_max_rad_s", airframe.turn_rate_max_rad_s).above_zero(),
+        quantity("airframe.speed_lag_s", airframe.speed_lag_s).within(0.0..=LAG_MAX_S),
+        quantity("airframe.acceleration_max_m_s2", airframe.acceleration_max_m_s2).not_below_zero(),
+        quantity("airframe.turn_lag_s", airframe.turn_lag_s).within(0.0..=LAG_MAX_S),
+        quantity("airframe.turn_acceleration_max_rad_s2", airframe.turn_acceleration_max_rad_s2)
+            .not_below_zero(),
         // A command arrives once per tick, so a shorter timeout would trigger the failsafe of a healthy UAV.
         shorter_than(quantity("airframe.command_timeout_s", airframe.command_timeout_s), 1, scenario),
         collision.not_below_zero(),
@@ -278,6 +292,7 @@ fn requirements(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         ("requirements.settling_max_s", required.settling_max_s),
         ("requirements.recovery_max_s", required.recovery_max_s),
         ("requirements.slot_error_max_m", required.slot_error_max_m),
+        ("requirements.keeping_error_rms_max_m", required.keeping_error_rms_max_m),
     ]
     .into_iter()
     .filter_map(|(key, value)| quantity(key, value?).not_below_zero())

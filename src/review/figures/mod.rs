@@ -58,6 +58,9 @@ pub(super) fn all(flight: &LoggedFlight) -> Vec<FlightFigure> {
     figures.extend(flight.summary.deviation.as_ref().map(|_| deviations(flight)));
     figures.extend(distances(flight));
     figures.extend(speeds(flight));
+    if !flight.scenario.wind.is_still() {
+        figures.extend(wind(flight));
+    }
     // Drawn circles have none of their own: there may be dozens.
     for (number, obstacle) in (1..).zip(&flight.scenario.obstacles) {
         figures.extend(obstacle::figures(flight, number, obstacle));
@@ -148,6 +151,21 @@ fn speeds(flight: &LoggedFlight) -> [FlightFigure; 2] {
             "turn rate, rad/s",
         ),
     ]
+}
+
+fn wind(flight: &LoggedFlight) -> [FlightFigure; 2] {
+    [
+        OverTime::of_uavs(flight, |uav| &uav.wind_m_s)
+            .level("mean", flight.scenario.wind.mean_speed_m_s)
+            .figure("wind", "Wind", "The speed of the air at each UAV, gusts included.", "wind, m/s"),
+        OverTime::of_uavs(flight, |uav| &uav.wind_error_m_s).figure(
+            "wind-errors",
+            "Error of the wind that agents know",
+            "How far the wind that each agent is told or estimates is from that at its UAV, as a difference of velocities.",
+            "error, m/s",
+        ),
+    ]
+    .map(FlightFigure::on_axis_from_zero)
 }
 
 fn slot_errors(flight: &LoggedFlight) -> FlightFigure {

@@ -277,7 +277,10 @@ fn end_s(fault: &Fault) -> f64 {
     let lasts_s = match &fault.action {
         Action::Link { for_s, .. } => *for_s,
         Action::Process { fault, .. } => match *fault {
-            ProcessFault::Freeze { for_s } | ProcessFault::Slow { for_s, .. } => for_s,
+            ProcessFault::Freeze { for_s }
+            | ProcessFault::Slow { for_s, .. }
+            | ProcessFault::Weaken { for_s, .. }
+            | ProcessFault::Jam { for_s, .. } => for_s,
             ProcessFault::Restart { after_s } => Some(after_s),
             ProcessFault::Flap { for_s, .. } => Some(for_s),
             ProcessFault::Kill | ProcessFault::Stop | ProcessFault::Thaw | ProcessFault::Start => None,

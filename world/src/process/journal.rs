@@ -60,11 +60,11 @@ impl Journal {
         self.filling.is_wanted
     }
 
-    /// Notes what a UAV senses.
-    pub(super) fn note_sensed(&mut self, sensed: &Sensed) {
+    /// Notes what a UAV senses, and the velocity of the air there in m/s.
+    pub(super) fn note_sensed(&mut self, sensed: &Sensed, wind_m_s: [f64; 2]) {
         // This is called for every UAV in every tick, so it copies nothing while nobody records.
         if self.filling.is_wanted {
-            self.filling.entries[sensed.uav.index()].set_sensed(sensed);
+            self.filling.entries[sensed.uav.index()].set_sensed(sensed, wind_m_s);
         }
     }
 

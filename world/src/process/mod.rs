@@ -1,12 +1,13 @@
 //! The world as an operating-system process: keeps time, and drives the airspace with what the other processes answer.
 //!
 //! [`run`] is the process from its start to its end. The child modules hold its parts: `tick` one tick, `holds` what
-//! delays the next one, `answers` who has answered, `ports` the connections, `journal` what the log gets, `wait` the bounded
+//! delays the next one, `faults` which airframes are broken, `answers` who has answered, `ports` the connections, `journal` what the log gets, `wait` the bounded
 //! wait, `wall_clock` the latencies.
 //!
 //! Never decides anything about the flight: that is [`Airspace`]'s part, which the simulation uses as well.
 
 mod answers;
+mod faults;
 mod holds;
 mod journal;
 mod ports;
@@ -16,6 +17,7 @@ mod wall_clock;
 
 use crate::Airspace;
 use answers::Answers;
+use faults::FaultWatch;
 use holds::Holds;
 use ports::Ports;
 use ringwing_bus::{
@@ -73,6 +75,7 @@ struct World<'m, P> {
     ports: Ports<'m>,
     clock: TickClock,
     holds: Holds,
+    faults: FaultWatch,
     wall_clock: WallClock,
     probe: P,
 }
@@ -83,6 +86,7 @@ impl<'m, P: TickProbe> World<'m, P> {
             airspace,
             answers: Answers::new(scenario.formation.uavs),
             holds: Holds::new(scenario, ports.journal.depth()),
+            faults: FaultWatch::default(),
             ports,
             clock: clock(scenario),
             wall_clock: WallClock::default(),

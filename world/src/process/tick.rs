@@ -6,7 +6,7 @@ use super::{
     TickClock, World,
     wait::{RECHECK, RETRY, WaitEnd, wait_until},
 };
-use crate::{Airspace, CommandCounts, Refusal};
+use crate::{Airspace, CommandCounts, Refusal, Sensing};
 use ringwing_bus::{BusError, Lateness, PacedTick, Stamps, TickProbe, monotonic_ns};
 use ringwing_flight::{Command, Event, Tick, TickTiming, UavId};
 use std::{hint::black_box, thread};
@@ -27,13 +27,14 @@ impl<P: TickProbe> World<'_, P> {
         let now = self.airspace.now();
         self.probe.tick_opened(now, opened_ns);
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
+        self.refresh_faults()?;
         self.ports.begin_journal(now);
-        for (sensed, traffic) in self.airspace.open_tick() {
+        for Sensing { sensed, traffic, wind_m_s } in self.airspace.open_tick() {
             if let Some(traffic) = traffic {
                 self.ports.traffic[sensed.uav.index()].post(now, traffic, stamps);
             }
             self.ports.sensed[sensed.uav.index()].post(now, sensed, stamps);
-            self.ports.journal.note_sensed(&sensed);
+            self.ports.journal.note_sensed(&sensed, wind_m_s);
         }
         self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
         // Read the roster as late as possible, so that the tick does not wait for a process that has just ended.

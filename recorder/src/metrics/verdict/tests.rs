@@ -22,6 +22,7 @@ fn strict(uavs: u32) -> Scenario {
         // Of an undisturbed flight it cannot be measured.
         recovery_max_s: None,
         slot_error_max_m: Some(0.05),
+        keeping_error_rms_max_m: Some(0.5),
         turn_rate_saturated_share_max: Some(0.25),
         unplanned_losses_max: 0,
         repeatable: true,
@@ -51,13 +52,14 @@ fn kill(frame: &mut Frame, number: usize) {
     uav.control = None;
 }
 
-const NOT_MEASURED: [&str; 7] = [
+const NOT_MEASURED: [&str; 8] = [
     "no tick of the flight was measured",
     "collisions not measured, required at most 0",
     "clearance of tower not measured, required at least 2 m",
     "closest pair not measured, as no two UAVs flew, required at least 10 m",
     "settling not measured, required within 20 s",
     "largest slot error at the end not measured, required at most 0.05 m",
+    "slot error over the second half of the flight not measured, required at most 0.5 m root mean square",
     "turn rates of commands not measured, required cut in at most 25 %",
 ];
 
@@ -184,6 +186,7 @@ fn flight(clearance_m: f64, distance_m: f64, settling_s: f64, slot_error_m: f64)
         commanded: 6,
         settling_s: Some(settling_s),
         slot_error_max_m: Some(slot_error_m),
+        keeping_error_rms_m: Some(0.5),
         turn_rate_saturated_share: Some(0.25),
         closest_pair: Some(ClosestPair { distance_m, uav: 2, other: 5, time_s: 12.31 }),
         obstacles: vec![ObstacleSummary { name, clearance_m, uav: 3, time_s: 60.0, repelled: vec![3] }],
@@ -198,7 +201,11 @@ fn a_flight_at_its_limits_passes() {
 
 #[test]
 fn each_violation_names_what_was_and_what_was_required() {
-    let summary = FlightSummary { turn_rate_saturated_share: Some(0.2508), ..flight(-0.5, 1.3, 31.4, 0.7) };
+    let summary = FlightSummary {
+        turn_rate_saturated_share: Some(0.2508),
+        keeping_error_rms_m: Some(0.51),
+        ..flight(-0.5, 1.3, 31.4, 0.7)
+    };
     assert_eq!(
         judge(&strict(6), &summary, Some(1)),
         [
@@ -207,6 +214,7 @@ fn each_violation_names_what_was_and_what_was_required() {
             "closest pair 1.30 m (uav 2 and 5 at 12.31 s), required at least 10 m",
             "the formation settled at 31.40 s, required within 20 s",
             "largest slot error at the end 0.700 m, required at most 0.05 m",
+            "slot error over the second half of the flight 0.510 m root mean square, required at most 0.5 m",
             "turn rate cut in 25.1 % of the commands, required in at most 25 %",
         ]
     );
