@@ -97,7 +97,7 @@ fn two_flights_are_drawn_over_each_other() {
 
 #[test]
 fn review_leaves_a_folder_with_other_files_alone() {
-    let run = Swarm::fly("paper-4.1").with("--duration 3 --simulated").finish();
+    let run = Swarm::fly("paper-4.1").with("--duration 3").finish();
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("mine.txt"), "").unwrap();
     let (code, _, stderr) = tool(&["review", text(&log_of(&run)), "--out", text(folder.path())]);

@@ -216,6 +216,11 @@ class Situation:
     @property
     def slot_velocity_m_s(self) -> Vector | None: ...
     @property
+    def wind_m_s(self) -> Vector:
+        """What the UAV takes the velocity of the air for: zero unless it is told the wind or estimates it. Speeds and headings of UAVs are
+        those through the air; velocities of the leader and of slots are those over the ground."""
+
+    @property
     def slot_turn_rate_rad_s(self) -> float | None: ...
     @property
     def radius_m(self) -> float:

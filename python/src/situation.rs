@@ -189,6 +189,7 @@ pub(crate) struct Situation {
     slot_m: Option<[f64; 2]>,
     slot_offset_m: [f64; 2],
     slot_velocity_m_s: Option<[f64; 2]>,
+    wind_m_s: [f64; 2],
     /// The number of the tick. The flight begins with tick 0; tick -1 is the approach to the start states.
     #[pyo3(get)]
     tick: i64,
@@ -283,6 +284,13 @@ impl Situation {
         self.slot_velocity_m_s.map(|velocity_m_s| array(py, velocity_m_s))
     }
 
+    /// What the UAV takes the velocity of the air for, an array of shape (2,): zero unless it is told the wind or estimates it. Speeds
+    /// and headings of UAVs are those through the air; velocities of the leader and of slots are those over the ground.
+    #[getter]
+    fn wind_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
+        array(py, self.wind_m_s)
+    }
+
     fn __repr__(&self) -> String {
         format!("<Situation of UAV {} at {:.2} s>", self.uav, self.time_s)
     }
@@ -307,6 +315,7 @@ impl Situation {
             slot_m: situation.slot_m().map(Into::into),
             slot_offset_m: situation.slot_offset_m.into(),
             slot_velocity_m_s: motion.map(|motion| motion.velocity_m_s.into()),
+            wind_m_s: situation.wind_m_s.into(),
             slot_turn_rate_rad_s: motion.map(|motion| motion.turn_rate_rad_s),
             tick: situation.tick.0,
             time_s: situation.time_s(),

@@ -155,7 +155,10 @@ mod tests {
     #[test]
     fn an_intruder_is_where_it_is_by_now() {
         // It flies past the leader's start from west to east, and is gone after a second.
-        let intruder = ["intruders=[{position_m=[0,20],heading_deg=0,speed_m_s=300}]", "time.duration_s=3"];
+        let intruder = [
+            "intruders=[{position_m=[0,20],heading_deg=0,speed_m_s=300,cooperative=false}]",
+            "time.duration_s=3",
+        ];
         assert!(picture(&intruder, 0.2).contains('x'));
         assert!(!picture(&intruder, 2.0).contains('x'));
         assert!(!picture(&intruder[1..], 0.2).contains('x'));

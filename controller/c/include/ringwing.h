@@ -194,6 +194,9 @@ typedef struct RingwingSituation {
   struct RingwingNeighbour neighbours[2];
   /// The leader.
   struct RingwingLeader leader;
+  /// What the UAV takes the velocity of the air for: zero unless it is told the wind or estimates it. Speed and heading of UAVs are
+  /// those through the air, and velocities of the leader and of slots are those over the ground.
+  struct RingwingVector wind_m_s;
   /// The UAV's place in the formation.
   struct RingwingSlot slot;
   /// Who takes part in the ring.
@@ -220,8 +223,8 @@ typedef struct RingwingSituation {
   bool is_commanded;
 } RingwingSituation;
 
-/// The functions of a controller. `user` is what was passed to ringwing_controller_main; nothing but these functions uses it. All calls
-/// come from the thread that called ringwing_controller_main.
+/// The functions of a controller. `user` is what was passed to `ringwing_controller_main`; nothing but these functions uses it. All calls
+/// come from the thread that called `ringwing_controller_main`.
 ///
 /// In C++, declare the functions noexcept: an exception that leaves one then ends the program with its message. Otherwise
 /// it ends the program without it. A program that cannot fly may also call exit.
@@ -242,7 +245,7 @@ extern "C" {
 /// Flies a UAV with the callbacks of the program until the flight ends; to be called once, from main, with the arguments of main.
 ///
 /// Returns the exit code for main: 0 after the flight, 1 if the program cannot take part in the run, 2 if the arguments do
-/// not name a run, or if size_bytes is not that of this version or step is NULL. What is wrong is on standard error. `user` is
+/// not name a run, or if `size_bytes` is not that of this version or step is NULL. What is wrong is on standard error. `user` is
 /// passed on to the callbacks and may be NULL.
 ///
 /// # Safety

@@ -56,6 +56,7 @@ impl Foreign {
             limits: limits(&situation.limits),
             neighbours: situation.neighbours.map(|known| neighbour(situation, known.as_ref())),
             leader: leader(situation, situation.leader.as_ref()),
+            wind_m_s: vector(situation.wind_m_s),
             slot: slot(situation),
             membership: membership(&situation.membership),
             obstacles: self.obstacles.as_ptr(),

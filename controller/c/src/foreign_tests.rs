@@ -68,7 +68,7 @@ fn situation<'a>(
         sensed,
         neighbours: [neighbour(1, None), neighbour(4, Some(heard))],
         leader,
-        wind_m_s: Vector2::zeros(),
+        wind_m_s: Vector2::new(3.0, -4.0),
         leader_is_silent: leader.is_none(),
         slot_offset_m: Vector2::new(-30.0, 10.0),
         radius_m: 40.0,
@@ -119,7 +119,7 @@ fn a_callback_sees_the_whole_situation_and_its_wish_comes_back() {
     let (wish, seen) = stepped(&situation(&sensed, Some(&traffic), &heard, Some(leader)));
     assert_eq!(wish, Wish::new(16.0, -0.125));
     let told = seen.told.unwrap();
-    assert_eq!((told.size_bytes, told.tick, told.time_s, told.uav), (520, 50, 0.5, 3));
+    assert_eq!((told.size_bytes, told.tick, told.time_s, told.uav), (536, 50, 0.5, 3));
     assert_eq!((told.own.position_m.x, told.own.heading_rad), (7.5, 0.75));
     assert_eq!((told.sensed.tick, told.sensed.age_s, told.sensed.speed_m_s), (48, 0.02, 15.5));
     assert_eq!((told.limits.speed_min_m_s, told.limits.turn_rate_max_rad_s), (10.0, 0.7));
@@ -135,6 +135,7 @@ fn a_callback_sees_the_whole_situation_and_its_wish_comes_back() {
     assert_eq!((told.obstacles_omitted, told.aircraft_omitted), (9, 7));
     assert!(told.membership.slots_are_moving && told.formation_turns && told.senses_aircraft);
     assert!(told.is_commanded);
+    assert_eq!((told.wind_m_s.x, told.wind_m_s.y), (3.0, -4.0));
     let obstacle = seen.obstacles[1];
     assert_eq!((obstacle.velocity_m_s.y, obstacle.radius_m, obstacle.braking_distance_m), (6.0, 3.0, 4.0));
     let [intruder] = seen.aircraft[..] else { panic!("{seen:?}") };

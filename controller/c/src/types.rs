@@ -168,6 +168,9 @@ pub struct RingwingSituation {
     pub neighbours: [RingwingNeighbour; 2],
     /// The leader.
     pub leader: RingwingLeader,
+    /// What the UAV takes the velocity of the air for: zero unless it is told the wind or estimates it. Speed and heading of UAVs are
+    /// those through the air, and velocities of the leader and of slots are those over the ground.
+    pub wind_m_s: RingwingVector,
     /// The UAV's place in the formation.
     pub slot: RingwingSlot,
     /// Who takes part in the ring.
@@ -267,7 +270,7 @@ sizes! {
     RingwingObstacle: 48;
     RingwingAircraft: 48;
     RingwingMembership: 32;
-    RingwingSituation: 520;
+    RingwingSituation: 536;
     RingwingWish: 16;
     RingwingStart: 56;
     RingwingCallbacks: 24;
