@@ -144,7 +144,7 @@ fn an_obstacle_is_avoided_where_it_will_be() {
 #[test]
 fn in_wind_aircraft_are_avoided_where_they_meet_in_the_air_and_obstacles_where_they_drift() {
     // An aircraft of the swarm drifts as this UAV does: the wind changes nothing.
-    let meeting = aircraft([45.0, 45.0], -FRAC_PI_2, 0.0);
+    let meeting = aircraft([52.0, 45.0], -FRAC_PI_2, 0.0);
     let avoided = |sensed: SensedAircraft, obstacles: &[SensedObstacle], wind_m_s: [f64; 2]| {
         let mut filter = filter();
         filter.receive(&report(LOOK, &[sensed]));
