@@ -112,7 +112,7 @@ typedef struct RingwingLeader {
   struct RingwingPose pose;
   /// The heading that a formation in the leader's frame turns with: that of the pose, but without its jumps.
   double frame_rad;
-  /// Whether anything was heard of it. Before that, the leader and the slot are zero.
+  /// Whether anything was heard of it. Before that, its track and pose, and the slot's position and motion, are zero.
   bool is_heard;
   /// Whether it has been silent for longer than `membership.loss_timeout_s`.
   bool is_silent;

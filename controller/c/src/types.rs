@@ -64,7 +64,7 @@ pub struct RingwingLeader {
     pub pose: RingwingPose,
     /// The heading that a formation in the leader's frame turns with: that of the pose, but without its jumps.
     pub frame_rad: f64,
-    /// Whether anything was heard of it. Before that, the leader and the slot are zero.
+    /// Whether anything was heard of it. Before that, its track and pose, and the slot's position and motion, are zero.
     pub is_heard: bool,
     /// Whether it has been silent for longer than `membership.loss_timeout_s`.
     pub is_silent: bool,

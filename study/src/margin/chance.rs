@@ -11,6 +11,7 @@ use ringwing_scenario::{
 pub(super) fn depends_on_seed(scenario: &Scenario) -> bool {
     scenario.start.uavs.is_empty()
         || !scenario.obstacle_field.is_empty()
+        || scenario.wind.turbulence_m_s > 0.0
         || has_noisy_senses(scenario)
         || scenario.faults.iter().any(|fault| draws(&fault.action))
 }
@@ -62,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn drawn_starts_and_fields_noisy_senses_and_lossy_links_depend_on_the_seed() {
+    fn drawn_starts_and_fields_gusts_noisy_senses_and_lossy_links_depend_on_the_seed() {
         let mut scenario = Scenario::read(&Source::find("paper-4.1").unwrap(), &[]).unwrap();
         assert!(!depends_on_seed(&scenario));
         scenario.faults = vec!["at 1 s link all->all loss 1 %".parse().unwrap()];
@@ -76,6 +77,7 @@ mod tests {
         };
         assert!(changed(|s| s.start.uavs.clear()));
         assert!(changed(|s| s.obstacle_field.circles = 1));
+        assert!(changed(|s| s.wind.turbulence_m_s = 7.7), "the seed decides the gusts");
         assert!(!changed(|s| s.sensing.radar_noise_m = 1.0), "nobody looks");
         assert!(changed(|s| (s.control.collision_filter, s.sensing.radar_noise_m) = (true, 1.0)));
     }
