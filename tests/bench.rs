@@ -292,12 +292,13 @@ fn an_interrupted_benchmark_reports_what_it_has_and_leaves_nothing() {
 fn ctrl_z_stops_a_benchmark_with_all_its_processes_and_the_case_is_measured_again() {
     for (transport, part) in [("none", " agent "), ("pipe", " bench-peer ")] {
         let bench = Bench::start(&format!(
-            "--uavs 2 --load closed --transport {transport} --repeat 1 --warm-up 0 --seconds 2"
+            "--uavs 2 --load closed --transport {transport} --repeat 1 --warm-up 0 --seconds 3"
         ));
         let (process, _) = bench.wait_for(part);
+        // A process that has just ended stays a zombie while its parent stands still.
         let is_stopped = |process: u32| {
             let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-            stat.rsplit_once(')').is_some_and(|(_, rest)| rest.trim_start().starts_with('T'))
+            stat.rsplit_once(')').is_some_and(|(_, rest)| rest.trim_start().starts_with(['T', 'Z']))
         };
         bench.suspend();
         wait_until("everything stands", || {
