@@ -32,7 +32,9 @@ inside test -e /usr/share/bash-completion/completions/ringwing
 # A controller in C, the one of the manual, built here: the fresh Debian has no compiler.
 sed -n '/^```c$/,/^```$/p' docs/src/controllers.md | sed '/^```/d' >"$root/tmp/straight.c"
 cc "$root/tmp/straight.c" -o "$root/tmp/straight" -I "$root/usr/include" -L "$root/usr/lib" -lringwing
-inside sh -c 'cd /tmp && ringwing run paper-4.1 --duration 5 --agent "3=./straight"'
+# It flies straight on and never reaches its slot, so the flight violates its requirements, which is exit code 3. Its process has to stay.
+inside sh -c 'cd /tmp && ringwing run paper-4.1 --duration 5 --json --agent "3=./straight" >straight.json; [ $? = 3 ]'
+inside grep -q '"unplanned_losses": 0' /tmp/straight.json
 inside test -e /usr/lib/pkgconfig/ringwing.pc
 inside apt-get remove --yes ringwing
 if inside test -e /usr/bin/ringwing; then
