@@ -295,17 +295,18 @@ fn ctrl_z_stops_a_benchmark_with_all_its_processes_and_the_case_is_measured_agai
             "--uavs 2 --load closed --transport {transport} --repeat 1 --warm-up 0 --seconds 3"
         ));
         let (process, _) = bench.wait_for(part);
-        // A process that has just ended stays a zombie while its parent stands still.
+        // A process that has just ended stays a zombie while its parent stands still. One that was starting another process waits
+        // in the kernel (D) until that one, which stands still, runs its program.
         let is_stopped = |process: u32| {
             let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
-            stat.rsplit_once(')').is_some_and(|(_, rest)| rest.trim_start().starts_with(['T', 'Z']))
+            stat.rsplit_once(')').is_some_and(|(_, rest)| rest.trim_start().starts_with(['T', 'Z', 'D']))
         };
         bench.suspend();
         wait_until("everything stands", || {
             (is_stopped(bench.id()) && bench.processes().iter().all(|(process, _)| is_stopped(*process)))
                 .then_some(())
         });
-        assert!(is_stopped(process), "{transport}");
+        assert!(is_stopped(process), "{transport}: process {process} runs on");
         // Longer than any tick may take.
         thread::sleep(Duration::from_millis(1500));
         send(bench.id(), Signal::CONT);
