@@ -7,9 +7,9 @@
 //!   carries everything to the log, and a `channel` carries rare messages.
 //! - `gate` is the page at which all processes step through time, made of [`page`] and [`futex`]; `waker` and
 //!   `wait_strategy` are how they wait for it.
-//! - `member` is a process that takes part in a run, `answerer` one that answers ticks, and `observer` one that only looks. `request` asks the launcher of a
-//!   run for something. `process`, `node` and
-//!   `stop` are what they need of the operating system and of iceoryx2.
+//! - `member` is a process that takes part in a run, `answerer` one that answers ticks, and `observer` one that only
+//!   looks. `fault_watch` tells them which faults a run has, and `request` asks the launcher of a run for something.
+//!   `process`, `node` and `stop` are what they need of the operating system and of iceoryx2.
 //! - `demand` is what a run takes of the machine, and `capacity` what the machine has.
 //! - `awake` holds time limits that a stopped run does not use up, and `files` writes files that are whole or not there.
 //! - `deadlines` says when ticks are due in real time, and `placement` on which core a process runs.
@@ -27,6 +27,7 @@ mod deadlines;
 mod demand;
 pub mod domain;
 mod error;
+mod fault_watch;
 mod files;
 pub mod futex;
 mod gate;
@@ -58,6 +59,7 @@ pub use deadlines::{Deadlines, Lateness};
 pub use demand::Demand;
 pub use domain::{Domain, DomainId, DomainOwner};
 pub use error::BusError;
+pub use fault_watch::FaultWatch;
 pub use files::{copy_whole, write_whole, write_whole_by};
 pub use gate::{Gate, Wait};
 pub use journal::{JournalReader, JournalWriter};

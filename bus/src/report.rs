@@ -4,5 +4,5 @@
 pub const WORLD: &str = "world";
 /// The recorder's summary of the flight, for the launcher.
 pub const RECORDER: &str = "recorder";
-/// The faults that were added during the run, from the launcher, for agents and recorder.
+/// The faults that were added during the run, from the launcher, for agents, world and recorder.
 pub const FAULTS: &str = "faults";

@@ -155,8 +155,8 @@ impl Supervisor<'_> {
         Ok(())
     }
 
-    /// Lets agents and recorder read the faults that were added. They look when the count at the gate grows, so the
-    /// report must be written first.
+    /// Lets agents, world and recorder read the faults that were added. Agents and world look when the count at the gate
+    /// grows, so the report must be written first.
     fn share_added_faults(&self) -> Result<(), LaunchError> {
         let added = self.faults.added();
         self.domain.write_report(report::FAULTS, &added)?;

@@ -2,7 +2,7 @@
 //!
 //! Never decides anything about the flight: the [`UavAgent`] does.
 
-mod fault_watch;
+mod faults;
 mod ports;
 
 use crate::{
@@ -10,7 +10,7 @@ use crate::{
     controller::{Controller, Guest},
     pilot::{BuiltInLaw, Steer},
 };
-use fault_watch::FaultWatch;
+use faults::AgentFaults;
 use ports::AgentPorts;
 use ringwing_bus::{Answerer, BusError, Member, MemberArgs, monotonic_ns};
 use ringwing_flight::{Part, Tick, UavId};
@@ -72,7 +72,7 @@ fn fly<S: Steer>(args: &AgentArgs, steering: impl FnOnce(&Start<'_>) -> S) -> Re
     check_uav(uav, scenario)?;
     let mut agent = UavAgent::steered_by(steering(&Start { uav, scenario }), scenario, uav);
     let mut ports = AgentPorts::open(&member, uav, &agent)?;
-    let mut faults = FaultWatch::new(&member, uav);
+    let mut faults = AgentFaults::new(&member, uav);
     let mut answerer = Answerer::join(&member)?;
     while let Some(tick) = answerer.next_tick(|last| ports.rehearse(&agent, Tick(last.0 + 1)))? {
         let woke_ns = monotonic_ns();

@@ -1,13 +1,12 @@
 //! The world as an operating-system process: keeps time, and drives the airspace with what the other processes answer.
 //!
 //! [`run`] is the process from its start to its end. The child modules hold its parts: `tick` one tick, `holds` what
-//! delays the next one, `faults` which airframes are broken, `answers` who has answered, `ports` the connections, `journal` what the log gets, `wait` the bounded
-//! wait, `wall_clock` the latencies.
+//! delays the next one, `answers` who has answered, `ports` the connections, `journal` what the log gets, `wait` the
+//! bounded wait, `wall_clock` the latencies.
 //!
 //! Never decides anything about the flight: that is [`Airspace`]'s part, which the simulation uses as well.
 
 mod answers;
-mod faults;
 mod holds;
 mod journal;
 mod ports;
@@ -17,11 +16,11 @@ mod wall_clock;
 
 use crate::Airspace;
 use answers::Answers;
-use faults::FaultWatch;
 use holds::Holds;
 use ports::Ports;
 use ringwing_bus::{
-    BusError, Deadlines, Member, MemberArgs, Proceed, TickProbe, monotonic_ns, processes_per_core, report,
+    BusError, Deadlines, FaultWatch, Member, MemberArgs, Proceed, TickProbe, monotonic_ns,
+    processes_per_core, report,
 };
 use ringwing_flight::{Event, Pace, Part, WorldReport};
 use ringwing_scenario::{Scenario, start};
@@ -46,7 +45,7 @@ pub fn run(args: &WorldArgs, probe: impl TickProbe) -> Result<(), BusError> {
     let scenario = member.scenario();
     let airspace = Airspace::new(scenario, &start::states(scenario)?);
     let ports = Ports::open(&member)?;
-    let mut world = World::new(scenario, airspace, ports, probe);
+    let mut world = World::new(&member, airspace, ports, probe);
     if world.wait_for_roster()? {
         world.fly()?;
     }
@@ -75,18 +74,19 @@ struct World<'m, P> {
     ports: Ports<'m>,
     clock: TickClock,
     holds: Holds,
-    faults: FaultWatch,
+    faults: FaultWatch<'m>,
     wall_clock: WallClock,
     probe: P,
 }
 
 impl<'m, P: TickProbe> World<'m, P> {
-    fn new(scenario: &Scenario, airspace: Airspace, ports: Ports<'m>, probe: P) -> Self {
+    fn new(member: &'m Member, airspace: Airspace, ports: Ports<'m>, probe: P) -> Self {
+        let scenario = member.scenario();
         Self {
             airspace,
             answers: Answers::new(scenario.formation.uavs),
             holds: Holds::new(scenario, ports.journal.depth()),
-            faults: FaultWatch::default(),
+            faults: FaultWatch::new(member),
             ports,
             clock: clock(scenario),
             wall_clock: WallClock::default(),
@@ -126,6 +126,15 @@ impl<'m, P: TickProbe> World<'m, P> {
 
     fn is_stopped(&self) -> bool {
         self.ports.is_stopped()
+    }
+
+    /// Takes over the faults that were added since the last tick. In lockstep the launcher adds them while it holds the tick in
+    /// which they begin.
+    fn refresh_faults(&mut self) -> Result<(), BusError> {
+        if let Some(schedule) = self.faults.changed(&self.ports.gate)? {
+            self.airspace.set_airframe_faults(schedule.airframe_faults());
+        }
+        Ok(())
     }
 
     /// Takes over the launcher's new rosters, if there are any.

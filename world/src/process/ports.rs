@@ -93,11 +93,6 @@ impl<'m> Ports<'m> {
         })
     }
 
-    /// The run that the world takes part in.
-    pub(super) fn member(&self) -> &'m Member {
-        self.member
-    }
-
     /// Whether the run is to end.
     pub(super) fn is_stopped(&self) -> bool {
         is_stopped(&self.gate, &self.stop)
