@@ -21,6 +21,7 @@ mod live_run;
 mod log_room;
 mod margin;
 mod output;
+mod own_run;
 mod package_files;
 mod pause_command;
 mod real_time;
@@ -84,7 +85,7 @@ enum Verb {
     Bench(Box<ringwing_bench::BenchArgs>),
     /// Fly a scenario thousands of times, over axes and seeds, and draw robustness maps
     Sweep(Box<sweep::SweepArgs>),
-    /// Measure how much of something a swarm stands, such as a delay, and compare it with theory
+    /// Measure how much of something a swarm can take, such as a delay, and compare it with theory
     Margin(Box<margin::MarginArgs>),
     /// Check whether a controller of your own is fit to fly
     Conform(conform::ConformArgs),

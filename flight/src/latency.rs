@@ -29,12 +29,17 @@ impl LatencyTally {
     /// Adds the round trip of a tick. A tick before the flight, or one that nobody answered, has none.
     pub fn add(&mut self, timing: &TickTiming) {
         if timing.answered > 0 && timing.tick >= 0 {
-            // Saturating: an error would leave out the longest times, which are those that people look for.
-            self.histogram.saturating_record(timing.round_trip_ns);
+            self.add_ns(timing.round_trip_ns);
         }
     }
 
-    /// The distribution; `None` if no tick was ever answered.
+    /// Adds one latency.
+    pub fn add_ns(&mut self, latency_ns: u64) {
+        // Saturating: an error would leave out the longest times, which are those that people look for.
+        self.histogram.saturating_record(latency_ns);
+    }
+
+    /// The distribution; `None` before the first latency.
     pub fn latency(&self) -> Option<Latency> {
         (!self.histogram.is_empty()).then(|| Latency {
             p50_us: microseconds(self.histogram.value_at_quantile(0.5)),

@@ -2,7 +2,7 @@
 //!
 //! Never judges; the checks do.
 
-use ringwing_flight::{Event, Part, Tick, TimedEvent};
+use ringwing_flight::{Event, LatencyTally, Part, Tick, TimedEvent};
 use ringwing_recorder::{
     log::reader::{Reader, Replayed},
     metrics::{Frame, UavFrame},
@@ -31,8 +31,8 @@ pub(super) struct Findings {
     pub(super) commanded: usize,
     /// The largest distance of a UAV on command from its slot, at the end.
     pub(super) slot_error_max_m: Option<f64>,
-    /// For each tick, the longest time that an agent took to decide and to send, microseconds.
-    pub(super) compute_us: Vec<f64>,
+    /// For each tick, the longest time that an agent took to decide and to send.
+    pub(super) compute: LatencyTally,
     /// Whether the user interrupted the flight.
     pub(super) is_interrupted: bool,
 }
@@ -58,7 +58,9 @@ impl Findings {
                 _ => {}
             }
         }
-        self.compute_us.extend(tick.timing.as_ref().map(|timing| timing.compute_us));
+        if let Some(timing) = &tick.timing {
+            self.compute.add_ns((timing.compute_us * 1e3) as u64);
+        }
         if seconds(Tick(tick.frame.tick)) >= scenario.time.duration_s - IN_LIMITS_S {
             self.cut = self.cut.take().or_else(|| cut(&tick.frame));
         }

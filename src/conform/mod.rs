@@ -9,21 +9,22 @@ mod report;
 use crate::{
     VIOLATED, WrongUsage,
     output::{print, tell},
+    own_run::{self, OwnRunError},
     run::check_out,
     verify,
 };
 use anyhow::bail;
 use checks::{CHECKS, Check, Demand};
 use findings::Findings;
-use report::{Grade, Latency, Report, Row};
+use report::{Grade, Report, Row};
 use ringwing_bus::StopFlag;
+use ringwing_flight::Latency;
 use ringwing_recorder::log::reader::Reader;
 use ringwing_scenario::{AgentSection, Scenario};
 use serde::Deserialize;
 use std::{
-    fs,
     path::{Path, PathBuf},
-    process::{Command, ExitCode, Output},
+    process::ExitCode,
 };
 
 /// The check whose flight tells how long decisions take: a plain one, long enough for a distribution.
@@ -85,7 +86,7 @@ fn fly(args: &ConformArgs, controller: Option<&str>) -> anyhow::Result<(Vec<Row>
             }
             let row = Row::flown(check, check.reasons(&found), found.folders);
             if check.name == TIMED {
-                latency = Latency::of(found.compute_us);
+                latency = found.compute.latency();
             }
             answers = check.name != GATE || row.grade == Grade::Fit;
             row
@@ -159,21 +160,14 @@ fn one_flight(
     Ok((folder.to_owned(), found))
 }
 
-/// Flies in a process of its own: the launcher owns the signals and children of its process, so a process launches one swarm.
+/// Flies with `controller`, and reads the summary.
 fn run_apart(scenario: &Scenario, controller: Option<&str>, out: &Path) -> anyhow::Result<Run> {
-    let folder = tempfile::tempdir()?;
-    let file = folder.path().join("check.toml");
-    fs::write(&file, scenario.to_toml())?;
-    let mut command = Command::new("/proc/self/exe");
-    command.arg("run").arg(&file).args(["--json", "--out"]).arg(out);
-    // On the command line, relative paths count from the user's working folder.
-    command.args(controller.iter().flat_map(|agent| ["--agent", agent]));
-    let Output { stdout, stderr, .. } = command.output()?;
-    // Without a summary nothing was flown, for instance because there is no such program.
-    serde_json::from_slice(&stdout).map_err(|_| {
-        let text = String::from_utf8_lossy(&stderr);
-        let text = text.trim();
-        WrongUsage(text.strip_prefix("error: ").unwrap_or(text).to_owned()).into()
+    // On the command line, relative paths of a controller count from the user's working folder.
+    let flags: Vec<&str> = controller.iter().flat_map(|agent| ["--agent", agent]).collect();
+    own_run::fly(scenario, &flags, Some(out)).map_err(|error| match error {
+        // Nothing was flown, for instance because there is no such program.
+        OwnRunError::NoSummary(why) => WrongUsage(why).into(),
+        error @ OwnRunError::NotStarted(_) => error.into(),
     })
 }
 

@@ -4,6 +4,7 @@
 
 use super::checks::Check;
 use crate::output::{BAD, DOUBTFUL, GOOD, is_coloured, painted};
+use ringwing_flight::Latency;
 use serde::Serialize;
 use std::{io, iter, path::PathBuf};
 
@@ -31,15 +32,6 @@ pub(super) struct Row {
     folders: Vec<PathBuf>,
 }
 
-/// How long decisions take: the slowest agent of each tick, from its inputs to its answer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Latency {
-    p50_us: f64,
-    p90_us: f64,
-    p99_us: f64,
-    max_us: f64,
-}
-
 /// All that was found about a controller.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
@@ -48,6 +40,7 @@ pub(super) struct Report {
     /// Whether it passes every check.
     fit: bool,
     checks: Vec<Row>,
+    /// How long decisions take: the slowest agent of each tick, from its inputs to its answer.
     latency: Option<Latency>,
 }
 
@@ -84,18 +77,6 @@ impl Row {
     }
 }
 
-impl Latency {
-    /// The distribution of `samples`, in microseconds; `None` if there are none.
-    pub(super) fn of(mut samples: Vec<f64>) -> Option<Self> {
-        samples.sort_by(f64::total_cmp);
-        let last = samples.len().checked_sub(1)?;
-        // The smallest sample that is at least as large as this share of them.
-        let at =
-            |share: f64| samples[((share * samples.len() as f64).ceil() as usize).clamp(1, last + 1) - 1];
-        Some(Self { p50_us: at(0.5), p90_us: at(0.9), p99_us: at(0.99), max_us: samples[last] })
-    }
-}
-
 impl Report {
     /// The report from the results of all checks.
     pub(super) fn new(controller: String, checks: Vec<Row>, latency: Option<Latency>) -> Self {
@@ -111,11 +92,8 @@ impl Report {
     /// What the terminal shows after the checks.
     pub(super) fn end(&self) -> String {
         let latency = self.latency.map_or_else(String::new, |latency| {
-            let Latency { p50_us, p90_us, p99_us, max_us } = latency;
-            format!(
-                "  a tick's slowest decision: median {p50_us:.0} us, 90 % {p90_us:.0} us, 99 % {p99_us:.0} us, longest \
-                 {max_us:.0} us\n"
-            )
+            let Latency { p50_us, p99_us, max_us } = latency;
+            format!("  a tick's slowest decision: median {p50_us:.0} us, 99 % {p99_us:.0} us, longest {max_us:.0} us\n")
         });
         let verdict = if self.fit { shown(GOOD, "fit") } else { shown(BAD, "not fit") };
         format!("\n{latency}  verdict  {verdict}\n")
@@ -135,14 +113,6 @@ fn shown(style: anstyle::Style, text: &str) -> String {
 mod tests {
     use super::*;
     use crate::conform::checks::CHECKS;
-
-    #[test]
-    fn percentiles_are_samples() {
-        let latency = Latency::of((1..=200).rev().map(f64::from).collect()).unwrap();
-        assert_eq!(latency, Latency { p50_us: 100.0, p90_us: 180.0, p99_us: 198.0, max_us: 200.0 });
-        assert_eq!(Latency::of(vec![7.0]).unwrap().p99_us, 7.0);
-        assert_eq!(Latency::of(Vec::new()), None);
-    }
 
     #[test]
     fn one_check_that_is_not_passed_or_not_flown_makes_a_controller_unfit() {

@@ -1,13 +1,13 @@
-//! Flies one flight of a sweep with real processes, by a run of this very program.
+//! Flies one flight of a sweep with real processes.
 //!
-//! Never launches a swarm within this process: the launcher owns signals and children of its process.
+//! Never decides what a flight is worth: it turns the summary of a run into the outcome that a simulated flight has.
 
+use crate::own_run;
 use ringwing_flight::{Collider, Collision, IntruderId, UavId, WorldReport};
 use ringwing_recorder::metrics::{Deviation, FlightSummary};
 use ringwing_scenario::Scenario;
 use ringwing_study::Outcome;
 use serde::Deserialize;
-use std::{fs, io, process::Command};
 
 /// What a flight of a sweep takes from the summary of a run.
 #[derive(Deserialize)]
@@ -35,30 +35,15 @@ struct CollisionRow {
 
 /// Flies `scenario` with processes, and measures it against its baseline if asked to; `Err` says why it could not be flown.
 pub(super) fn fly(scenario: &Scenario, with_baseline: bool) -> Result<Outcome, String> {
-    // The exit code is ignored: a flight that violates a requirement is a result like any other.
-    let run =
-        launch(scenario, with_baseline).map_err(|error| format!("the processes cannot be run: {error}"))?;
-    let run: Run = serde_json::from_slice(&run.stdout).map_err(|_| {
-        format!("the processes left no summary: {}", String::from_utf8_lossy(&run.stderr).trim())
-    })?;
+    // A baseline is compared with the log. Without a log there still is a recorder that measures, and a row needs no more.
+    let measured = if with_baseline { "--baseline" } else { "--no-record" };
+    let run: Run = own_run::fly(scenario, &[measured], None).map_err(|error| error.to_string())?;
     let Some(summary) = run.flight.clone() else {
         return Err(run.failures.join("; "));
     };
     let report = report(scenario, &run);
     let outcome = Outcome::judged(scenario, summary, report, Vec::new());
     Ok(Outcome { deviation: run.deviation, ..outcome })
-}
-
-fn launch(scenario: &Scenario, with_baseline: bool) -> io::Result<std::process::Output> {
-    let folder = tempfile::tempdir()?;
-    let file = folder.path().join("scenario.toml");
-    fs::write(&file, scenario.to_toml())?;
-    // The link stays good if the file of this program is replaced during the sweep.
-    let mut command = Command::new("/proc/self/exe");
-    // A baseline is compared with the log. Without a log there still is a recorder that measures, and a row needs no more.
-    let measured = if with_baseline { "--baseline" } else { "--no-record" };
-    command.arg("run").arg(&file).args([measured, "--json", "--out"]).arg(folder.path());
-    command.output()
 }
 
 /// The world's report, from the summary; `None` if the world left none.
