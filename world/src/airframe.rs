@@ -11,7 +11,7 @@ use crate::{
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{Command, FlightMode, Pose, Tick, UavId};
 use ringwing_scenario::{
-    Failsafe, Scenario, StartState,
+    AirframeSection, Failsafe, Scenario, StartState,
     fault::schedule::{AirframeFailure, AirframeFault},
 };
 
@@ -69,13 +69,10 @@ struct Failures {
     jammed_rad_s: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Abilities {
-    speed_min_m_s: f64,
-    speed_max_m_s: f64,
-    turn_rate_max_rad_s: f64,
+    limits: AirframeSection,
     timeout_ticks: i64,
-    failsafe: Failsafe,
     period_s: f64,
 }
 
@@ -84,11 +81,8 @@ impl Airframe {
     pub fn new(scenario: &Scenario, uav: UavId, start: &StartState) -> Self {
         let limits = &scenario.airframe;
         let abilities = Abilities {
-            speed_min_m_s: limits.speed_min_m_s,
-            speed_max_m_s: limits.speed_max_m_s,
-            turn_rate_max_rad_s: limits.turn_rate_max_rad_s,
+            limits: limits.clone(),
             timeout_ticks: (limits.command_timeout_s * f64::from(scenario.time.rate_hz)).round() as i64,
-            failsafe: limits.failsafe,
             period_s: scenario.period_s(),
         };
         let start_pose = Pose {
@@ -99,11 +93,9 @@ impl Airframe {
         let wind = Wind::new(scenario, uav);
         let wind_m_s =
             wind.as_ref().map_or_else(Vector2::zeros, |wind| wind.velocity_m_s(start_pose.heading_rad));
-        let mut pose = start_pose.after(start.speed_m_s, 0.0, -abilities.period_s);
-        if wind.is_some() {
-            // The first step drifts as well, and has to end at the start.
-            pose.position -= wind_m_s * abilities.period_s;
-        }
+        // The first step flies and drifts, and has to end at the start.
+        let approach_s = -abilities.period_s;
+        let pose = start_pose.after(start.speed_m_s, 0.0, approach_s).carried(wind_m_s, approach_s);
         let flown = Rates { speed_m_s: start.speed_m_s, turn_rate_rad_s: 0.0 };
         Self {
             uav,
@@ -182,7 +174,7 @@ impl Airframe {
         }
         self.check(command, now)?;
         // The check has refused NaN, which a clamp would let through.
-        let Abilities { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s, .. } = self.abilities;
+        let AirframeSection { speed_min_m_s, speed_max_m_s, turn_rate_max_rad_s, .. } = self.abilities.limits;
         self.go_for(Rates {
             speed_m_s: command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s),
             turn_rate_rad_s: command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s),
@@ -215,7 +207,7 @@ impl Airframe {
     pub fn break_as(&mut self, faults: &[AirframeFault], now: Tick) {
         self.failures = Failures::default();
         for fault in faults.iter().filter(|fault| fault.uav == self.uav && fault.is_on(now)) {
-            match fault.failure {
+            match fault.failure.within(&self.abilities.limits) {
                 AirframeFailure::Weak(most_m_s) => self.failures.weak_m_s = Some(most_m_s),
                 AirframeFailure::Jammed(rate_rad_s) => self.failures.jammed_rad_s = Some(rate_rad_s),
             }
@@ -242,12 +234,12 @@ impl Airframe {
     fn drift(&mut self, now: Tick, heading_rad: f64) {
         let Some(wind) = &mut self.wind else { return };
         self.wind_m_s = wind.velocity_m_s(heading_rad);
-        self.pose.position += self.wind_m_s * self.abilities.period_s;
+        self.pose = self.pose.carried(self.wind_m_s, self.abilities.period_s);
         wind.advance(now, self.flown.speed_m_s);
     }
 
     fn enter_failsafe(&mut self) {
-        let Abilities { failsafe, speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities;
+        let AirframeSection { failsafe, speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities.limits;
         let straight = Rates { turn_rate_rad_s: 0.0, ..self.wanted };
         let circle = Rates { speed_m_s: speed_min_m_s, turn_rate_rad_s: turn_rate_max_rad_s / 2.0 };
         let (mode, wanted) = match failsafe {
@@ -259,16 +251,13 @@ impl Airframe {
         self.go_for(wanted);
     }
 
-    /// What a broken airframe makes of what it was told. Even then it keeps its limits: it never flies slower than it can, nor turns
-    /// faster.
+    /// What a broken airframe makes of what it was told.
     fn attainable(&self) -> Rates {
         let Failures { weak_m_s, jammed_rad_s } = self.failures;
-        let Abilities { speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities;
         let Rates { speed_m_s, turn_rate_rad_s } = self.wanted;
         Rates {
-            speed_m_s: weak_m_s.map_or(speed_m_s, |most_m_s| speed_m_s.min(most_m_s.max(speed_min_m_s))),
-            turn_rate_rad_s: jammed_rad_s
-                .map_or(turn_rate_rad_s, |rate| rate.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s)),
+            speed_m_s: weak_m_s.map_or(speed_m_s, |most_m_s| speed_m_s.min(most_m_s)),
+            turn_rate_rad_s: jammed_rad_s.unwrap_or(turn_rate_rad_s),
         }
     }
 

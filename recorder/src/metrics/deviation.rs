@@ -4,6 +4,7 @@
 //! a UAV that its failsafe flies: it has left the formation, and its distance would hide those of the others.
 
 use super::frame::{Frame, UavFrame};
+use ringwing_flight::Tick;
 use serde::{Deserialize, Serialize};
 
 /// A UAV that deviates by more is off its undisturbed course. It is the bound within which a formation counts as settled. A
@@ -17,8 +18,8 @@ pub struct Deviation {
     pub peak_m: Option<f64>,
     /// The time integral of the deviations of all UAVs together.
     pub area_m_s: f64,
-    /// The longest time back of the UAVs that fly on command at the end; absent if one of them is still off its course, or
-    /// if there are none. It is 0 if none of them ever was off.
+    /// The longest time that one of the UAVs that fly on command at the end needed to come back to its course: 0 if all
+    /// stayed on it, absent if one is still off it, or if no UAV flies on command.
     pub back_s: Option<f64>,
     /// Each UAV, number 1 first.
     pub uavs: Vec<UavDeviation>,
@@ -130,7 +131,7 @@ impl Deviations {
     }
 
     fn seconds(&self, ticks: i64) -> f64 {
-        ticks as f64 / f64::from(self.rate_hz)
+        Tick(ticks).seconds(self.rate_hz)
     }
 }
 

@@ -97,6 +97,10 @@ impl EffectWatch {
         self.links = schedule.link_faults();
         self.slow = schedule.slow_answers();
         self.airframes = schedule.airframe_faults();
+        // What an airframe cannot do anyway, no failure takes away.
+        for fault in &mut self.airframes {
+            fault.failure = fault.failure.within(&self.scenario.airframe);
+        }
     }
 
     /// Takes an event.
@@ -407,6 +411,24 @@ mod tests {
         let result = effects(&faults, 10, &[], &[]);
         assert_eq!((result.asked, result.acted), (4, 2));
         assert_eq!(reasons(&result), ["no agent asked its airframe for what it could not do"; 2]);
+    }
+
+    #[test]
+    fn a_failure_takes_nothing_from_an_airframe_that_flies_at_its_limits() {
+        let acted = |sentence: &str, speed_m_s: f64, turn_rate_rad_s: f64| {
+            let scenario = scenario(&[sentence]);
+            let mut watch = EffectWatch::new(&scenario);
+            let mut frame = testing::at_rest(&scenario, 0);
+            let control = frame.uavs[2].control.as_mut().unwrap();
+            (control.speed_command_m_s, control.turn_rate_command_rad_s) = (speed_m_s, turn_rate_rad_s);
+            watch.observe(&frame);
+            watch.effects(&[]).acted == 1
+        };
+        // The airframe flies at 12 m/s at least, and turns at 0.5 rad/s at most.
+        assert!(!acted("at 0 s weaken uav 3 to 5 m/s", 12.0, 0.0));
+        assert!(acted("at 0 s weaken uav 3 to 5 m/s", 12.1, 0.0));
+        assert!(!acted("at 0 s jam uav 3 turn at 40 deg/s", 15.0, 0.5));
+        assert!(acted("at 0 s jam uav 3 turn at 40 deg/s", 15.0, 0.4));
     }
 
     #[test]

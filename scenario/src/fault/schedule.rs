@@ -4,6 +4,7 @@
 //! Never depends on how a run goes: the same faults, seed and swarm give the same schedule in every process.
 
 use super::{Action, Fault, LinkImpairment, Links, ProcessFault, Targets};
+use crate::AirframeSection;
 use ringwing_flight::{Event, LinkSource, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
 
 /// One thing to do to one process.
@@ -72,6 +73,19 @@ pub enum AirframeFailure {
     Weak(f64),
     /// Turn at another rate than this, in rad/s.
     Jammed(f64),
+}
+
+impl AirframeFailure {
+    /// What it leaves of an airframe with these limits. Even a broken airframe keeps them: it never flies slower than it can, nor
+    /// turns faster.
+    #[must_use]
+    pub fn within(self, limits: &AirframeSection) -> Self {
+        let turn_rate_max = limits.turn_rate_max_rad_s;
+        match self {
+            Self::Weak(most_m_s) => Self::Weak(most_m_s.max(limits.speed_min_m_s)),
+            Self::Jammed(rate_rad_s) => Self::Jammed(rate_rad_s.clamp(-turn_rate_max, turn_rate_max)),
+        }
+    }
 }
 
 impl AirframeFault {
