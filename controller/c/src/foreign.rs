@@ -227,5 +227,4 @@ fn aircraft(sensed: &SensedAircraft) -> RingwingAircraft {
 }
 
 #[cfg(test)]
-#[path = "foreign_tests.rs"]
 mod tests;
