@@ -217,8 +217,8 @@ class Situation:
     def slot_velocity_m_s(self) -> Vector | None: ...
     @property
     def wind_m_s(self) -> Vector:
-        """What the UAV takes the velocity of the air for: zero unless it is told the wind or estimates it. Speeds and headings of UAVs are
-        those through the air; velocities of the leader and of slots are those over the ground."""
+        """The UAV's estimate of the wind: zero unless it is told the wind or estimates it. Speeds and headings of UAVs are
+        through the air; velocities of the leader and of slots are over the ground."""
 
     @property
     def slot_turn_rate_rad_s(self) -> float | None: ...

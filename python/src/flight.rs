@@ -36,8 +36,8 @@ type ControllerOrder = (Option<u32>, String, Py<PyAny>);
 /// of.
 type Flown = (Option<PathBuf>, String, Vec<String>);
 
-/// Flies `scenario` with the keys of `set` replaced and `faults` added, and with `controllers` for some UAVs. Writes the run's folder below `out`; without `out`, the
-/// flight is only measured.
+/// Flies `scenario` with the keys of `set` replaced and `faults` added, and with `controllers` for some UAVs. Writes the
+/// run's folder below `out`; without `out`, the flight is only measured.
 #[pyfunction]
 pub(crate) fn fly(
     py: Python<'_>,

@@ -284,8 +284,8 @@ impl Situation {
         self.slot_velocity_m_s.map(|velocity_m_s| array(py, velocity_m_s))
     }
 
-    /// What the UAV takes the velocity of the air for, an array of shape (2,): zero unless it is told the wind or estimates it. Speeds
-    /// and headings of UAVs are those through the air; velocities of the leader and of slots are those over the ground.
+    /// The UAV's estimate of the wind, an array of shape (2,): zero unless it is told the wind or estimates it. Speeds and
+    /// headings of UAVs are through the air; velocities of the leader and of slots are over the ground.
     #[getter]
     fn wind_m_s<'py>(&self, py: Python<'py>) -> Array<'py> {
         array(py, self.wind_m_s)

@@ -2,7 +2,8 @@
 //!
 //! [`model`] is the data. [`Source`] finds the text of a scenario, and [`Scenario::read`] parses it, applies the
 //! [`Setting`]s of the command line, validates the result and reports every problem at once. [`preset`] holds the
-//! built-in scenarios, [`start`] places the UAVs, `assignment` gives them their slots, and [`fault`] is the grammar of faults and their schedule.
+//! built-in scenarios, [`start`] places the UAVs, `assignment` gives them their slots, and [`fault`] is the grammar of
+//! faults and their schedule.
 //!
 //! Never knows processes, services or clocks: a scenario means the same in every process of a run.
 

@@ -1,4 +1,4 @@
-//! `ringwing margin`: how much of something a swarm stands, by flights in the simulation, and by theory.
+//! `ringwing margin`: how much of something a swarm can take, by flights in the simulation, and by theory.
 //!
 //! Never decides where to fly: the crate `ringwing_study` searches.
 

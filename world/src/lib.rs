@@ -1,7 +1,9 @@
 //! Time, airframes, obstacles, intruders and collisions.
 //!
-//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, `response` how it gets to what it is told, `wind` the air around it,
-//! [`sky`] all of them among the obstacles, and [`airspace`] what a tick does to them, with the report on the flight.
+//! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, `response` how fast
+//! it does what it is told, `wind` the air around it, [`sky`] all of them among the obstacles, and [`airspace`] what a tick
+//! does to them, with the report on the flight.
+//!
 //! [`process`] is the operating-system process that drives the airspace.
 //!
 //! Never knows the formation: where the UAVs should be is the agents' business.

@@ -1,7 +1,9 @@
 //! Where the law would take the UAV over the next seconds.
 //!
 //! The leader flies on along its arc, the neighbours turn with it, the obstacles move straight, and the slots stay where
-//! they are in the formation. All of it is seen from the air, which carries the UAV and its neighbours alike. Never changes the flight: the collision filter only asks what would happen.
+//! they are in the formation. All of it is seen from the air, which carries the UAV and its neighbours alike.
+//!
+//! Never changes the flight: the collision filter only asks what would happen.
 
 use super::{
     gains::Gains, leader_estimate::EstimatedLeader, repulsion_of, slot_motion::SlotMotion, track::PeerTrack,

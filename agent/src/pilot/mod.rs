@@ -1,8 +1,8 @@
 //! The pilot of one UAV: senses and received states go in, a command and the UAV's own state come out.
 //!
-//! `own_flight`, `neighbours`, `leader_estimate` and `wind_estimate` hold what the UAV knows of itself, of the others, of the leader
-//! and of the wind; `slots` holds where each UAV should be. Each tick the pilot puts all of that into a [`Situation`], and what [steers](Steer)
-//! the UAV decides: the built-in law of `built_in`, or a user's controller.
+//! `own_flight`, `neighbours`, `leader_estimate` and `wind_estimate` hold what the UAV knows of itself, of the others, of
+//! the leader and of the wind; `slots` holds where each UAV should be. Each tick the pilot puts all of that into a
+//! [`Situation`], and what [steers](Steer) the UAV decides: the built-in law of `built_in`, or a user's controller.
 //!
 //! Never knows processes, services or clocks: the same inputs give the same outputs, to the bit.
 

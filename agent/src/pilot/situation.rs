@@ -33,8 +33,8 @@ pub struct Situation<'a> {
     pub neighbours: [Option<RingNeighbour<'a>>; 2],
     /// The leader, which is the centre of the formation; `None` before anything was heard of it.
     pub leader: Option<EstimatedLeader>,
-    /// What the UAV takes the velocity of the air for, m/s: zero unless it is told the wind or estimates it. Speed and heading of UAVs
-    /// are those through the air, and velocities of the leader and of slots are those over the ground.
+    /// The UAV's estimate of the wind, m/s: zero unless it is told the wind or estimates it. Speeds and headings of UAVs are
+    /// through the air; velocities of the leader and of slots are over the ground.
     pub wind_m_s: Vector2<f64>,
     /// Whether the leader has been silent for longer than `membership.loss_timeout_s`.
     pub leader_is_silent: bool,

@@ -1,4 +1,4 @@
-//! What a UAV takes the wind for: what it is told, or what its own drift says.
+//! A UAV's estimate of the wind: the mean wind that it is told, or what its own drift shows.
 //!
 //! Between two of its positions, a UAV has come as far as it flew through the air and the air carried it. The difference to
 //! the arc that speed and heading make is a sample of the wind, and a low-pass filter takes the noise out of the samples. The
@@ -14,11 +14,11 @@ use ringwing_scenario::Scenario;
 /// of the senses on a bad link, and takes changes of speed for wind.
 const LONGEST_GAP_S: f64 = 0.5;
 
-/// What one UAV takes the wind for.
+/// One UAV's estimate of the wind.
 #[derive(Debug, Clone)]
 pub(super) struct WindEstimate {
     wind_m_s: Vector2<f64>,
-    /// `None` if the UAV does not estimate the wind, or there is none.
+    /// `None` in still air, and for a UAV that does not estimate the wind from its drift.
     filter: Option<DriftFilter>,
 }
 

@@ -62,7 +62,7 @@ pub struct Surroundings<'a> {
     pub obstacles: &'a [SensedObstacle],
     /// The rate at which other UAVs turn that fly on command.
     pub swarm_rad_s: f64,
-    /// What it takes the velocity of the air for. Courses are compared in the air: there UAVs fly as they head, and obstacles and
+    /// Its estimate of the wind. Courses are compared relative to the air: there UAVs fly as they head, and obstacles and
     /// intruders drift.
     pub wind_m_s: Vector2<f64>,
 }

@@ -194,8 +194,8 @@ typedef struct RingwingSituation {
   struct RingwingNeighbour neighbours[2];
   /// The leader.
   struct RingwingLeader leader;
-  /// What the UAV takes the velocity of the air for: zero unless it is told the wind or estimates it. Speed and heading of UAVs are
-  /// those through the air, and velocities of the leader and of slots are those over the ground.
+  /// The UAV's estimate of the wind: zero unless it is told the wind or estimates it. Speeds and headings of UAVs are
+  /// through the air; velocities of the leader and of slots are over the ground.
   struct RingwingVector wind_m_s;
   /// The UAV's place in the formation.
   struct RingwingSlot slot;

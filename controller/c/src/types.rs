@@ -168,8 +168,8 @@ pub struct RingwingSituation {
     pub neighbours: [RingwingNeighbour; 2],
     /// The leader.
     pub leader: RingwingLeader,
-    /// What the UAV takes the velocity of the air for: zero unless it is told the wind or estimates it. Speed and heading of UAVs are
-    /// those through the air, and velocities of the leader and of slots are those over the ground.
+    /// The UAV's estimate of the wind: zero unless it is told the wind or estimates it. Speeds and headings of UAVs are
+    /// through the air; velocities of the leader and of slots are over the ground.
     pub wind_m_s: RingwingVector,
     /// The UAV's place in the formation.
     pub slot: RingwingSlot,

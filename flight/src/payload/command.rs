@@ -116,7 +116,7 @@ pub struct Account {
     pub slot_force_m: [f64; 2],
     /// `f_obs`, Eq. (13), summed over the obstacles, in m.
     pub repulsion_m: [f64; 2],
-    /// What the UAV takes the velocity of the air for, in m/s; zero in still air.
+    /// The UAV's estimate of the wind, in m/s; zero if it assumes still air.
     pub wind_m_s: [f64; 2],
     /// `F_i`, Eq. (3), in m^2.
     pub potential_m2: f64,

@@ -221,7 +221,7 @@ pub struct ControlTerms {
     pub wish_turn_rate_rad_s: f64,
     /// What the collision filter avoids; `None` while it flies the law's wish.
     pub avoided: Option<AvoidedThing>,
-    /// What the agent takes the velocity of the air for; `None` while it takes it for still.
+    /// The agent's estimate of the wind; `None` while it assumes still air.
     pub wind_estimate_m_s: Option<[f64; 2]>,
 }
 
@@ -353,14 +353,14 @@ impl Frame {
 }
 
 impl UavFrame {
-    /// How far the wind that its agent takes for the true one is off, as the length of the difference; `None` in still air, and without
-    /// a command.
+    /// How far its agent's estimate of the wind is from the true one, as the length of the difference; `None` in still air, and
+    /// without a command.
     pub fn wind_error_m_s(&self) -> Option<f64> {
         let truth_m_s = Vector2::from(self.state.as_ref()?.wind_m_s?);
-        // An agent that takes the air for still is off by the whole wind.
-        let taken_for_m_s =
+        // An agent that assumes still air is off by the whole wind.
+        let estimate_m_s =
             self.control.as_ref()?.wind_estimate_m_s.map_or_else(Vector2::zeros, Vector2::from);
-        Some((taken_for_m_s - truth_m_s).norm())
+        Some((estimate_m_s - truth_m_s).norm())
     }
 
     /// Its state, if it flies on command.

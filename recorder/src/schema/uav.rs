@@ -175,10 +175,10 @@ pub struct UavControl {
     /// How far the heading that the filter takes lies from that of the law's course; positive to the left.
     #[prost(double, optional, tag = "34")]
     pub avoided_turn_rad: Option<f64>,
-    /// What the agent takes the velocity of the air for, east; absent while it takes the air for still.
+    /// The agent's estimate of the wind, east; absent while it assumes still air.
     #[prost(double, optional, tag = "35")]
     pub wind_estimate_x_m_s: Option<f64>,
-    /// What the agent takes the velocity of the air for, north.
+    /// The agent's estimate of the wind, north.
     #[prost(double, optional, tag = "36")]
     pub wind_estimate_y_m_s: Option<f64>,
 }

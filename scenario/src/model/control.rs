@@ -30,7 +30,7 @@ pub struct ControlSection {
     /// path the two are the same.
     pub turn_feed_forward: bool,
     /// Estimate the wind from the UAV's own drift, which is its way over the ground less its way through the air, and fly with
-    /// that. Without this, a UAV takes the mean wind if it is told, and else takes the air for still.
+    /// that. Without this, a UAV flies with the mean wind if it is told, and otherwise assumes still air.
     pub wind_estimated: bool,
     /// Time over which that drift is averaged.
     pub wind_time_s: f64,

@@ -13,7 +13,7 @@ pub struct WindSection {
     /// Where the mean wind comes from: 0 is a wind from the east, 90 one from the north, as headings count.
     pub from_deg: f64,
     /// Intensity of the gusts as MIL-F-8785C gives it: the wind speed at 20 feet above the ground. 7.7 is light turbulence,
-    /// 15.4 moderate, 23.2 severe; 0 is none.
+    /// 15.4 moderate, 23.2 severe; 0 means no gusts.
     pub turbulence_m_s: f64,
     /// Height of the flight above the ground, on which the strength and length of gusts depend.
     pub height_m: f64,

@@ -1,4 +1,4 @@
-//! How much of something a swarm stands: the value at which success falls below what is asked for.
+//! How much of something a swarm can take: the value at which success falls below what is asked for.
 //!
 //! A [`Question`] puts values into a fault's sentence or a key; a [`Search`] says which values to fly; a [`Trial`] decides
 //! after as few flights as are needed. Must never let anything but scenario, value and seed decide a flight.

@@ -13,8 +13,9 @@ use std::{
 /// Most problems that are reported. More would only repeat the same mistake for other cells.
 const LISTED: usize = 10;
 
-/// The problems of the cells, which are to fly in the simulation if `is_simulated`: a line for each, each once and in the order of the cells; only some if there are many, and
-/// only those found until `stops` says that nobody wants them any more.
+/// The problems of the cells, which are to fly in the simulation if `is_simulated`: one line for each problem, in the order
+/// of the cells. If there are many, only some of them, and only those found until `stops` says that nobody wants them any
+/// more.
 pub fn check(
     definition: &Definition,
     jobs: usize,
