@@ -1,6 +1,6 @@
 //! What one agent step and one airframe step cost, without processes.
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use ringwing_agent::Pilot;
 use ringwing_flight::{Command, Sensed, Tick, UavId};
 use ringwing_leader::Path;
@@ -44,12 +44,26 @@ fn agent_step(criterion: &mut Criterion) {
     });
 }
 
+/// The same under the resilient law, in the first tick in which it plans how its airframe leaves the formation.
+fn planning_step(criterion: &mut Criterion) {
+    let mut scenario = scenario();
+    scenario.control.ring_closes = true;
+    let (pilot, senses) = informed_pilot(&scenario);
+    criterion.bench_function("agent step: the first of a plan for the failsafe", |bencher| {
+        let ready = || {
+            let mut pilot = pilot.clone();
+            pilot.receive_sensed(&senses);
+            pilot
+        };
+        bencher.iter_batched_ref(ready, |pilot| pilot.fly(senses.tick), BatchSize::SmallInput);
+    });
+}
+
 fn airframe_step(criterion: &mut Criterion) {
     let scenario = scenario();
     let starts = start::states(&scenario).expect("room for all");
     let mut airframe = Airframe::new(&scenario, UavId(1), &starts[0]);
-    let mut command =
-        Command { tick: Tick(0), speed_m_s: 17.0, turn_rate_rad_s: 0.2, uav: UavId(1), withheld: 0 };
+    let mut command = Command::new(Tick(0), UavId(1), 17.0, 0.2);
     criterion.bench_function("airframe step: command to the next tick", |bencher| {
         bencher.iter(|| {
             let now = command.tick;
@@ -61,5 +75,5 @@ fn airframe_step(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, agent_step, airframe_step);
+criterion_group!(benches, agent_step, planning_step, airframe_step);
 criterion_main!(benches);

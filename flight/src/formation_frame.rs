@@ -25,6 +25,11 @@ impl FormationFrame {
         }
     }
 
+    /// `offset`, from the centre in the local frame, as the formation sees it: the inverse of [`placed`](Self::placed).
+    pub fn seen(self, offset_m: Vector2<f64>, heading_rad: f64) -> Vector2<f64> {
+        self.placed(offset_m, -heading_rad)
+    }
+
     /// The rate at which the formation turns with a leader that turns at `turn_rate_rad_s`.
     pub fn turn_rate_rad_s(self, turn_rate_rad_s: f64) -> f64 {
         match self {
@@ -89,6 +94,9 @@ mod tests {
         assert_eq!(FormationFrame::Fixed.placed(behind, FRAC_PI_2), behind);
         assert!((FormationFrame::Leader.placed(behind, FRAC_PI_2) - Vector2::new(0.0, -40.0)).norm() < 1e-12);
         assert_eq!(FormationFrame::Leader.placed(behind, 0.0), behind);
+        for frame in [FormationFrame::Fixed, FormationFrame::Leader] {
+            assert!((frame.seen(frame.placed(behind, 0.7), 0.7) - behind).norm() < 1e-12);
+        }
     }
 
     #[test]

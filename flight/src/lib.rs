@@ -46,9 +46,9 @@ pub use motion::{Pose, chord, direction, turned, wrap};
 pub use pace::{Pace, real_time_factor};
 pub use path::{LeaderPath, PathMotion, TrackPoint, Turn, WaypointError};
 pub use payload::{
-    Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FlightMode, FormationError,
-    JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, Payload, Roster, Rumour, Sensed,
-    SensedAircraft, SensedObstacle, TickTiming, Traffic, UavState,
+    Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FailsafePath, FlightMode,
+    FormationError, JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, LoiterRates, Payload,
+    Roster, Rumour, Sensed, SensedAircraft, SensedObstacle, TickTiming, Traffic, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};

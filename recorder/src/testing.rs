@@ -72,8 +72,7 @@ pub(crate) fn sensed(tick: i64, uav: u32, position_m: [f64; 2]) -> Sensed {
 
 /// The account of a command to keep this course.
 pub(crate) fn account(tick: i64, uav: u32) -> Account {
-    let command =
-        Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), withheld: 0 };
+    let command = Command::new(Tick(tick), UavId(uav), 15.0, 0.0);
     Account::without_leader(&command)
 }
 

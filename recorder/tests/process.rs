@@ -121,7 +121,7 @@ fn sensed(tick: Tick, uav: UavId, position_m: [f64; 2]) -> Sensed {
 }
 
 fn account(tick: Tick, uav: UavId) -> Account {
-    let command = Command { tick, speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav, withheld: 0 };
+    let command = Command::new(tick, uav, 15.0, 0.0);
     Account::without_leader(&command)
 }
 

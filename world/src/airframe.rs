@@ -9,7 +9,7 @@ use crate::{
     wind::Wind,
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_flight::{Command, FlightMode, Pose, Tick, UavId};
+use ringwing_flight::{Command, FailsafePath, FlightMode, Pose, Tick, UavId};
 use ringwing_scenario::{
     AirframeSection, Failsafe, Scenario, StartState,
     fault::schedule::{AirframeFailure, AirframeFault},
@@ -53,6 +53,10 @@ pub struct Airframe {
     mode: FlightMode,
     /// The tick of the newest command taken, `None` before the first.
     newest_command: Option<Tick>,
+    /// How it leaves the formation if it loiters, as the newest command says.
+    failsafe_path: FailsafePath,
+    /// When its failsafe took over the last time.
+    failsafe_began: Tick,
     abilities: Abilities,
     /// `None` in still air.
     wind: Option<Wind>,
@@ -106,6 +110,8 @@ impl Airframe {
             failures: Failures::default(),
             mode: FlightMode::COMMANDED,
             newest_command: None,
+            failsafe_path: FailsafePath::CIRCLE_LEFT,
+            failsafe_began: Tick::APPROACH,
             abilities,
             wind,
             wind_m_s,
@@ -179,7 +185,7 @@ impl Airframe {
             speed_m_s: command.speed_m_s.clamp(speed_min_m_s, speed_max_m_s),
             turn_rate_rad_s: command.turn_rate_rad_s.clamp(-turn_rate_max_rad_s, turn_rate_max_rad_s),
         });
-        self.newest_command = Some(command.tick);
+        (self.newest_command, self.failsafe_path) = (Some(command.tick), command.failsafe_path);
         // Any command that is taken ends a failsafe, so that a thawed or restarted agent can fly its UAV again.
         self.mode = FlightMode::COMMANDED;
         Ok(())
@@ -220,7 +226,10 @@ impl Airframe {
         let silent_ticks = now.since(self.newest_command.unwrap_or(Tick::APPROACH));
         let takes_over = silent_ticks >= self.abilities.timeout_ticks && self.is_commanded();
         if takes_over {
-            self.enter_failsafe();
+            self.enter_failsafe(now);
+        }
+        if self.mode == FlightMode::LOITER {
+            self.go_for(self.loitering(now));
         }
         self.flown = self.response.after(self.flown, self.attainable(), self.abilities.period_s);
         let heading_rad = self.pose.heading_rad;
@@ -238,12 +247,11 @@ impl Airframe {
         wind.advance(now, self.flown.speed_m_s);
     }
 
-    fn enter_failsafe(&mut self) {
-        let AirframeSection { failsafe, speed_min_m_s, turn_rate_max_rad_s, .. } = self.abilities.limits;
+    fn enter_failsafe(&mut self, now: Tick) {
+        self.failsafe_began = now;
         let straight = Rates { turn_rate_rad_s: 0.0, ..self.wanted };
-        let circle = Rates { speed_m_s: speed_min_m_s, turn_rate_rad_s: turn_rate_max_rad_s / 2.0 };
-        let (mode, wanted) = match failsafe {
-            Failsafe::Loiter => (FlightMode::LOITER, circle),
+        let (mode, wanted) = match self.abilities.limits.failsafe {
+            Failsafe::Loiter => (FlightMode::LOITER, self.loitering(now)),
             Failsafe::Hold => (FlightMode::HOLD, straight),
             Failsafe::Vanish => (FlightMode::VANISHED, straight),
         };
@@ -268,6 +276,14 @@ impl Airframe {
             self.flown = self.attainable();
         }
     }
+
+    /// How one that loiters flies from `now` on.
+    fn loitering(&self, now: Tick) -> Rates {
+        let time_s = now.since(self.failsafe_began) as f64 * self.abilities.period_s;
+        let rates = self.abilities.limits.loiter_rates();
+        let (speed_m_s, turn_rate_rad_s) = self.failsafe_path.rates(&rates, time_s);
+        Rates { speed_m_s, turn_rate_rad_s }
+    }
 }
 
 #[cfg(test)]
@@ -284,7 +300,7 @@ mod tests {
     }
 
     fn command(tick: i64, speed_m_s: f64, turn_rate_rad_s: f64) -> Command {
-        Command { tick: Tick(tick), speed_m_s, turn_rate_rad_s, uav: UavId(3), withheld: 0 }
+        Command::new(Tick(tick), UavId(3), speed_m_s, turn_rate_rad_s)
     }
 
     #[test]
@@ -445,6 +461,29 @@ mod tests {
             let taken_over_at = (10..200).find(|tick| airframe.step(Tick(*tick)));
             assert_eq!(taken_over_at, Some(60), "0.5 s at 100 Hz");
             assert_eq!((airframe.mode(), airframe.rates()), (mode, rates));
+        }
+    }
+
+    #[test]
+    fn an_airframe_leaves_the_way_that_its_newest_command_says() {
+        let rates = |paths: &[FailsafePath]| {
+            let mut airframe = airframe(Failsafe::Loiter);
+            for (tick, failsafe_path) in (0..).zip(paths) {
+                let command = Command { failsafe_path: *failsafe_path, ..command(tick, 20.0, 0.0) };
+                airframe.accept(&command, Tick(tick)).unwrap();
+            }
+            // The failsafe takes over after half a second; 15 degrees at 0.25 rad/s take another second.
+            [0..100, 100..200, 200..400].map(|ticks| {
+                ticks.for_each(|tick| _ = airframe.step(Tick(tick)));
+                airframe.rates()
+            })
+        };
+        let out_to_the_right = FailsafePath::new(-1, 2);
+        // Fast on its way out, and slow on its circle.
+        let leaves = [(25.0, -0.25), (25.0, 0.0), (12.0, -0.25)];
+        assert_eq!(rates(&[FailsafePath::CIRCLE_LEFT, out_to_the_right]), leaves);
+        for circles in [&[][..], &[out_to_the_right, FailsafePath::CIRCLE_LEFT]] {
+            assert_eq!(rates(circles), [(12.0, 0.25); 3]);
         }
     }
 

@@ -233,7 +233,7 @@ mod tests {
     }
 
     fn command(uav: u32, tick: Tick) -> Command {
-        Command { tick, speed_m_s: 20.0, turn_rate_rad_s: 0.1, uav: UavId(uav), withheld: 0 }
+        Command::new(tick, UavId(uav), 20.0, 0.1)
     }
 
     fn answer_all(airspace: &mut Airspace, uavs: impl Iterator<Item = u32>) {

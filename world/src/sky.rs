@@ -395,8 +395,7 @@ mod tests {
     #[test]
     fn the_turn_rate_of_an_aircraft_is_sensed_once_its_agent_is_silent() {
         let mut sky = sky_with_traffic(&[0.0, 50.0, 500.0]);
-        let turn =
-            Command { tick: sky.now(), speed_m_s: 15.0, turn_rate_rad_s: 0.3, uav: UavId(2), withheld: 0 };
+        let turn = Command::new(sky.now(), UavId(2), 15.0, 0.3);
         sky.accept(UavId(2), &turn).unwrap();
         let sensed = |sky: &Sky| sky.traffic(UavId(1)).unwrap().aircraft()[0];
         sky.step();

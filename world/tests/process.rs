@@ -149,7 +149,7 @@ impl Everybody {
 
 fn turn(tick: Tick, uav: UavId) -> Command {
     let turn_rate_rad_s = 0.01 * f64::from(uav.0) + 1e-4 * tick.0 as f64;
-    Command { tick, speed_m_s: 16.0, turn_rate_rad_s, uav, withheld: 0 }
+    Command::new(tick, uav, 16.0, turn_rate_rad_s)
 }
 
 fn leader_state(tick: Tick) -> LeaderState {

@@ -156,9 +156,7 @@ impl Steer for BuiltInLaw {
 /// Before the first data of the leader: straight on at the present speed.
 fn without_leader(situation: &Situation<'_>) -> Steered {
     let control = ControlInput { speed_m_s: situation.sensed.speed_m_s, turn_rate_rad_s: 0.0 };
-    let ControlInput { speed_m_s, turn_rate_rad_s } = control;
-    let (tick, uav) = (situation.tick, situation.uav);
-    let command = Command { tick, speed_m_s, turn_rate_rad_s, uav, withheld: 0 };
+    let command = Command::new(situation.tick, situation.uav, control.speed_m_s, control.turn_rate_rad_s);
     Steered { control, account: Account::without_leader(&command), forecast: None }
 }
 

@@ -7,6 +7,7 @@
 //! Never knows processes, services or clocks: the same inputs give the same outputs, to the bit.
 
 mod built_in;
+mod failsafe_plan;
 mod force_limit;
 mod forecast;
 mod gains;
@@ -30,6 +31,7 @@ pub use track::PeerTrack;
 
 use crate::law::{ControlInput, Limits, RepulsiveObstacle, repulsion};
 use crate::safety::{CollisionFilter, Surroundings};
+use failsafe_plan::{FailsafePlan, Sight};
 use leader_estimate::LeaderEstimate;
 use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
@@ -87,6 +89,7 @@ struct Knowledge {
     leader: LeaderEstimate,
     wind: WindEstimate,
     slots: Slots,
+    failsafe: FailsafePlan,
     /// The revision of the membership that the slots are for.
     revision: u64,
 }
@@ -162,6 +165,10 @@ impl<S: Steer> Pilot<S> {
         let wind_m_s = knowledge.wind.wind_m_s();
         let own = knowledge.own.pose_at(&senses, now, reckoning, period_s, wind_m_s);
         let leader = knowledge.leader.at(now, reckoning, period_s);
+        if let Some(leader) = &leader {
+            let sight = Sight { own, leader: leader.track, wind_m_s, obstacles: senses.obstacles() };
+            knowledge.failsafe.update(&knowledge.slots, &sight);
+        }
         let traffic = filter.as_ref().and_then(CollisionFilter::traffic);
         let situation = knowledge.situation(now, own, &senses, leader, traffic);
         let steered = steering.steer(&situation).ok_or(Undecided::NotFinite)?;
@@ -218,6 +225,7 @@ impl Knowledge {
             leader: LeaderEstimate::default(),
             wind: WindEstimate::new(scenario),
             slots: Slots::new(scenario, uav),
+            failsafe: FailsafePlan::new(scenario, uav),
             // Revision 0 is the whole ring, and `Slots::new` begins with that.
             revision: 0,
         }
@@ -276,8 +284,8 @@ impl Knowledge {
     }
 
     fn command(&self, now: Tick, control: ControlInput) -> Command {
-        let ControlInput { speed_m_s, turn_rate_rad_s } = control;
-        Command { tick: now, speed_m_s, turn_rate_rad_s, uav: self.uav, withheld: 0 }
+        let command = Command::new(now, self.uav, control.speed_m_s, control.turn_rate_rad_s);
+        Command { failsafe_path: self.failsafe.path(), ..command }
     }
 
     /// The state for the neighbours. It holds the speed and turn rate that begin now, so they predict the coming tick

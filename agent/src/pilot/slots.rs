@@ -35,6 +35,8 @@ pub(super) struct Slots {
     began: Tick,
     duration_ticks: i64,
     is_moving: bool,
+    /// How many times the slots were sent elsewhere.
+    changes: u64,
     geometry: SlotGeometry,
 }
 
@@ -69,6 +71,7 @@ impl Slots {
             began: Tick::APPROACH,
             duration_ticks: 0,
             is_moving: false,
+            changes: 0,
             geometry,
         };
         slots.geometry = slots.geometry_at(1.0);
@@ -96,6 +99,7 @@ impl Slots {
             };
         }
         (self.began, self.is_moving) = (now, true);
+        self.changes += 1;
         self.duration_ticks = self.closing_ticks.max(left_ticks);
     }
 
@@ -113,6 +117,7 @@ impl Slots {
             (self.began, self.duration_ticks) = (manoeuvre.begins, manoeuvre.lasts_ticks);
             self.is_moving = true;
             self.begun += 1;
+            self.changes += 1;
         }
     }
 
@@ -135,6 +140,16 @@ impl Slots {
     /// What the UAV steers for.
     pub(super) fn geometry(&self) -> &SlotGeometry {
         &self.geometry
+    }
+
+    /// The formation whose slots they move to, or have.
+    pub(super) fn ring(&self) -> &LivingRing {
+        &self.ring
+    }
+
+    /// Grows with every change of [`ring`](Self::ring).
+    pub(super) fn changes(&self) -> u64 {
+        self.changes
     }
 
     /// Whether the slots are moving.

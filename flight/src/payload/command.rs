@@ -1,6 +1,6 @@
 //! An agent's answer to a tick: what it asks of its airframe, and its account of why.
 
-use super::{Aircraft, AircraftId};
+use super::{Aircraft, AircraftId, FailsafePath};
 use crate::{Tick, UavId};
 use bytemuck::{Pod, Zeroable};
 
@@ -21,13 +21,20 @@ pub struct Command {
     pub uav: UavId,
     /// 1 when the agent withholds its command because its own senses have been silent for too long, 2 when it does because
     /// its controller's wish was not a finite number, else 0.
-    pub withheld: u32,
+    pub withheld: u16,
+    /// How the airframe leaves the formation if the agent falls silent after this command.
+    pub failsafe_path: FailsafePath,
 }
 
 /// `withheld` of a command whose wish was not a finite number.
-const NOT_FINITE: u32 = 2;
+const NOT_FINITE: u16 = 2;
 
 impl Command {
+    /// The answer to `tick` that asks for this speed and turn rate, and that lets a silent airframe circle at once.
+    pub fn new(tick: Tick, uav: UavId, speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
+        Self { tick, speed_m_s, turn_rate_rad_s, uav, withheld: 0, failsafe_path: FailsafePath::CIRCLE_LEFT }
+    }
+
     /// The answer to `tick` of an agent that does not know where its UAV is.
     pub fn withheld(tick: Tick, uav: UavId) -> Self {
         Self { tick, uav, withheld: 1, ..Self::zeroed() }

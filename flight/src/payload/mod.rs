@@ -9,6 +9,7 @@
 
 mod command;
 mod event;
+mod failsafe_path;
 mod journal;
 mod leader;
 mod links;
@@ -20,6 +21,7 @@ mod traffic;
 
 pub use command::{Account, AgeTicks, Avoided, Command};
 pub use event::EventMessage;
+pub use failsafe_path::{FailsafePath, LoiterRates};
 pub use journal::{JournalEntry, JournalHeader};
 pub use leader::LeaderState;
 pub use links::{LinkCounts, LinkSource};
@@ -53,7 +55,7 @@ payloads! {
     UavState: "UavState.v2", 120;
     Sensed: "Sensed.v2", 448;
     Traffic: "Traffic.v1", 408;
-    Command: "Command.v3", 32;
+    Command: "Command.v4", 32;
     Account: "Account.v4", 224;
     TickTiming: "TickTiming.v1", 72;
     LinkCounts: "LinkCounts.v2", 80;

@@ -1,5 +1,6 @@
 //! What one UAV can do and sense, and where on the earth it flies.
 
+use ringwing_flight::LoiterRates;
 use serde::{Deserialize, Serialize};
 
 /// `[airframe]`: the limits of Eq. (2), how fast an airframe does what it is told, and what it does without its agent.
@@ -51,11 +52,24 @@ impl Default for AirframeSection {
     }
 }
 
+impl AirframeSection {
+    /// How fast an airframe flies that loiters without its agent.
+    pub fn loiter_rates(&self) -> LoiterRates {
+        LoiterRates {
+            // Faster than the formation: otherwise the others overtake a UAV that was in front, on both sides of it.
+            leaving_m_s: self.speed_max_m_s,
+            circling_m_s: self.speed_min_m_s,
+            turn_rate_rad_s: self.turn_rate_max_rad_s / 2.0,
+        }
+    }
+}
+
 /// What an airframe does once its agent has been silent for too long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Failsafe {
-    /// Circles at half its largest turn rate and its lowest speed.
+    /// Circles at half its largest turn rate and its lowest speed. Under `control.ring_closes` it may first leave the formation at
+    /// its highest speed, on the path that its agent has chosen beforehand.
     Loiter,
     /// Keeps its heading and speed.
     Hold,

@@ -151,7 +151,7 @@ mod tests {
     use super::*;
 
     fn command(uav: u32, tick: i64) -> Command {
-        Command { tick: Tick(tick), speed_m_s: 15.0, turn_rate_rad_s: 0.0, uav: UavId(uav), withheld: 0 }
+        Command::new(Tick(tick), UavId(uav), 15.0, 0.0)
     }
 
     /// Tick 5 is open, and the leader and three agents are on the roster.

@@ -1,0 +1,559 @@
+//! How an airframe should leave the formation if its agent falls silent: by the path that keeps it clear of the others.
+//!
+//! The agent tells its airframe beforehand, with every command, because afterwards it cannot. A plan compares many paths, a
+//! few moments of them in each tick.
+//!
+//! Never knows where the other UAVs are. The plan is for a formation whose UAVs fly in their slots. A UAV that is far from its
+//! own slot does not use it.
+
+use super::{slots::Slots, track::PeerTrack};
+use nalgebra::{Point2, Vector2};
+use ringwing_flight::{
+    FailsafePath, FormationFrame, LivingRing, LoiterRates, Pose, SensedObstacle, UavId, direction, wrap,
+};
+use ringwing_scenario::{Failsafe, Scenario};
+use std::sync::Arc;
+
+/// How far ahead a path is compared with the slots. After this time, a formation of 16 has passed a UAV that was in front of it.
+/// A shorter time misses UAVs that overtake the airframe later; a longer one only costs more.
+const LOOK_AHEAD_S: f64 = 40.0;
+/// Time between two compared moments. The airframe and a slot approach each other at up to 37 m/s. With more time between
+/// the moments, a path seems clearer than it is, by more than 3 m at a distance of 20 m.
+const STEP_S: f64 = 0.5;
+const STEPS: u32 = (LOOK_AHEAD_S / STEP_S) as u32;
+/// A path that stays this far from every slot, in multiples of the spacing, is good enough. More sends airframes on longer ways that
+/// could circle at once; less leaves too little for survivors that are still on their way to their slots. A UAV that is farther than this
+/// from its own slot cannot use the plan.
+const ENOUGH_SPACINGS: f64 = 0.6;
+/// How long an airframe may fly straight on before it circles. Longer legs lead out of larger formations.
+const STRAIGHT_S: [u8; 3] = [5, 10, 20];
+/// Moments that are compared in each second of the flight. All paths together have about 3000. Twice as many finish a plan in
+/// half the time, and cost twice as much in each of its ticks.
+const STEPS_PER_S: f64 = 1000.0;
+/// A leader that has turned by more than this makes a plan outdated. Less plans more often, more uses an old plan for longer.
+const NEW_HEADING_RAD: f64 = 0.1;
+/// The same for a change of the leader's turn rate.
+const NEW_TURN_RATE_RAD_S: f64 = 0.005;
+/// The same for a change of the wind estimate, which always varies a little in gusts.
+const NEW_WIND_M_S: f64 = 2.0;
+
+/// Decides how one UAV's airframe leaves the formation.
+#[derive(Debug, Clone)]
+pub(super) struct FailsafePlan {
+    own: UavId,
+    /// `None` if the airframe does not loiter, or if nobody closes the ring after a loss: then there is nothing to choose.
+    loiter: Option<Loiter>,
+    /// What the newest finished plan says.
+    planned: FailsafePath,
+    /// What the airframe is told.
+    path: FailsafePath,
+    /// What the newest plan is for; `None` before the first one.
+    planned_for: Option<Circumstances>,
+    /// The plan that is being made.
+    search: Option<Search>,
+}
+
+/// What an agent knows in one tick.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sight<'a> {
+    pub(super) own: Pose,
+    pub(super) leader: PeerTrack,
+    pub(super) wind_m_s: Vector2<f64>,
+    pub(super) obstacles: &'a [SensedObstacle],
+}
+
+/// What decides which path is clear, apart from obstacles.
+#[derive(Debug, Clone, Copy)]
+struct Circumstances {
+    /// How many times the slots were sent elsewhere.
+    changes: u64,
+    /// The bearing of the formation seen from the leader: constant if the formation turns with the leader.
+    frame_rad: f64,
+    leader_turn_rate_rad_s: f64,
+    wind_m_s: Vector2<f64>,
+}
+
+/// How an airframe goes into its failsafe, and how the others fly on.
+#[derive(Debug, Clone, Copy)]
+struct Loiter {
+    /// The airframe flies on as last commanded until then.
+    begins_s: f64,
+    rates: LoiterRates,
+    frame: FormationFrame,
+    /// When the others notice the loss, and how long the ring takes to close.
+    loss_s: f64,
+    slots_move_s: f64,
+    enough_m: f64,
+    steps_per_tick: u32,
+}
+
+/// The flight after the agent's last command, as planned. The origin is where the leader is then. Places are relative to the
+/// air, which carries the airframe: seen from there, the leader and the obstacles drift against the wind.
+#[derive(Debug, Clone)]
+struct Outlook {
+    /// Where the failsafe takes over.
+    start: Pose,
+    leader: Pose,
+    leader_speed_m_s: f64,
+    leader_turn_rate_rad_s: f64,
+    wind_m_s: Vector2<f64>,
+    /// The slot of each other UAV, before and after the ring has closed. Shared, because an agent copies its pilot to
+    /// rehearse each tick.
+    others: Arc<[[Vector2<f64>; 2]]>,
+}
+
+/// The obstacles that are sensed in one tick, with where the leader is then.
+#[derive(Debug, Clone, Copy)]
+struct Obstacles<'a> {
+    sensed: &'a [SensedObstacle],
+    leader: Point2<f64>,
+}
+
+/// A comparison of all paths that goes on from tick to tick.
+#[derive(Debug, Clone)]
+struct Search {
+    outlook: Outlook,
+    /// The path that was flown before is looked at first.
+    before: FailsafePath,
+    /// The path that is looked at, as a place in [`path_at`]; `None` for the one before.
+    candidate: Option<u32>,
+    /// Which moment of it comes next.
+    step: u32,
+    /// The smallest distance so far.
+    clearance_m: f64,
+    best: FailsafePath,
+    best_m: f64,
+}
+
+impl FailsafePlan {
+    /// The plan of UAV `own` in `scenario`.
+    pub(super) fn new(scenario: &Scenario, own: UavId) -> Self {
+        let (airframe, membership) = (&scenario.airframe, &scenario.membership);
+        let chooses = scenario.control.ring_closes && airframe.failsafe == Failsafe::Loiter;
+        let loiter = chooses.then(|| Loiter {
+            begins_s: airframe.command_timeout_s,
+            rates: airframe.loiter_rates(),
+            frame: scenario.formation.frame,
+            loss_s: membership.loss_timeout_s,
+            slots_move_s: membership.slots_move_s,
+            enough_m: ENOUGH_SPACINGS * scenario.formation.spacing_m,
+            steps_per_tick: (STEPS_PER_S * scenario.period_s()).ceil() as u32,
+        });
+        let built_in = FailsafePath::CIRCLE_LEFT;
+        Self { own, loiter, planned: built_in, path: built_in, planned_for: None, search: None }
+    }
+
+    /// The way to leave.
+    pub(super) fn path(&self) -> FailsafePath {
+        self.path
+    }
+
+    /// Goes on with the plan while the living UAVs have `slots`. Begins a new one if the last one is outdated.
+    pub(super) fn update(&mut self, slots: &Slots, sight: &Sight<'_>) {
+        let Some(loiter) = self.loiter else { return };
+        let Sight { leader, wind_m_s, obstacles, .. } = sight;
+        let now = Circumstances::new(slots, leader, loiter.frame, *wind_m_s);
+        // Obstacles come nearer all the time. So while there are any, one search follows another.
+        if self.is_outdated(&now) || (self.search.is_none() && !obstacles.is_empty()) {
+            self.planned_for = Some(now);
+            let outlook = loiter.outlook(self.own, slots.ring(), leader, *wind_m_s);
+            self.search = Some(Search::new(outlook, self.planned));
+        }
+        let obstacles = Obstacles { sensed: obstacles, leader: leader.pose.position };
+        if let Some(search) = &mut self.search
+            && let Some(path) = search.advance(&loiter, &obstacles)
+        {
+            (self.planned, self.search) = (path, None);
+        }
+        let is_in_slot = loiter.slot_error_m(slots, sight) < loiter.enough_m;
+        self.path = if is_in_slot { self.planned } else { outward(sight) };
+    }
+
+    fn is_outdated(&self, now: &Circumstances) -> bool {
+        let Some(then) = &self.planned_for else { return true };
+        // A leader that keeps turning must not restart a search again and again, because it would never end.
+        then.changes != now.changes || (self.search.is_none() && !then.resembles(now))
+    }
+}
+
+impl Circumstances {
+    fn new(slots: &Slots, leader: &PeerTrack, frame: FormationFrame, wind_m_s: Vector2<f64>) -> Self {
+        let frame_rad = match frame {
+            FormationFrame::Fixed => -leader.pose.heading_rad,
+            FormationFrame::Leader => 0.0,
+        };
+        let leader_turn_rate_rad_s = leader.turn_rate_rad_s;
+        Self { changes: slots.changes(), frame_rad, leader_turn_rate_rad_s, wind_m_s }
+    }
+
+    /// Whether the leader and the air move nearly as in `other`.
+    fn resembles(&self, other: &Self) -> bool {
+        let turned_rad = wrap(other.frame_rad - self.frame_rad).abs();
+        let turns_rad_s = (other.leader_turn_rate_rad_s - self.leader_turn_rate_rad_s).abs();
+        let wind_changes_m_s = (other.wind_m_s - self.wind_m_s).norm();
+        turned_rad < NEW_HEADING_RAD && turns_rad_s < NEW_TURN_RATE_RAD_S && wind_changes_m_s < NEW_WIND_M_S
+    }
+}
+
+impl Loiter {
+    /// What happens if the agent of `own` falls silent now.
+    fn outlook(&self, own: UavId, ring: &LivingRing, leader: &PeerTrack, wind_m_s: Vector2<f64>) -> Outlook {
+        let here = Pose { position: Point2::origin(), heading_rad: leader.pose.heading_rad };
+        Outlook {
+            start: self.start(ring.slot(own.0).offset(), leader, wind_m_s),
+            leader: here,
+            leader_speed_m_s: leader.speed_m_s,
+            leader_turn_rate_rad_s: leader.turn_rate_rad_s,
+            wind_m_s,
+            others: moving_slots(own, ring).into(),
+        }
+    }
+
+    /// How far the UAV is from its slot.
+    fn slot_error_m(&self, slots: &Slots, sight: &Sight<'_>) -> f64 {
+        let Pose { position, heading_rad } = sight.leader.pose;
+        let slot = position + self.frame.placed(slots.geometry().slot, heading_rad);
+        (sight.own.position - slot).norm()
+    }
+
+    /// Where the failsafe takes over of a UAV that flew in the slot at `offset`.
+    fn start(&self, offset: Vector2<f64>, leader: &PeerTrack, wind_m_s: Vector2<f64>) -> Pose {
+        let (heading_rad, rate_rad_s) = (leader.pose.heading_rad, leader.turn_rate_rad_s);
+        let offset = self.frame.placed(offset, heading_rad);
+        let leading_m_s = direction(heading_rad) * leader.speed_m_s;
+        let velocity = self.frame.velocity_m_s(leading_m_s, rate_rad_s, offset) - wind_m_s;
+        let slot = Pose { position: Point2::from(offset), heading_rad: libm::atan2(velocity.y, velocity.x) };
+        slot.after(velocity.norm(), rate_rad_s, self.begins_s)
+    }
+
+    /// How far the ring has closed this long after the last command, from 0 to 1.
+    fn closed(&self, time_s: f64) -> f64 {
+        // Slots that jump have a duration of zero.
+        if time_s <= self.loss_s { 0.0 } else { ((time_s - self.loss_s) / self.slots_move_s).min(1.0) }
+    }
+
+    /// The smallest distance of an airframe on `path`, `time_s` after its failsafe took over, from the slots of the others and from
+    /// the edges of `obstacles`.
+    fn clearance_m(
+        &self,
+        path: FailsafePath,
+        outlook: &Outlook,
+        time_s: f64,
+        obstacles: &Obstacles<'_>,
+    ) -> f64 {
+        let own = path.pose(&outlook.start, &self.rates, time_s).position;
+        let time_s = self.begins_s + time_s;
+        let from_obstacles_m = obstacles.clearance_m(own, time_s, outlook.wind_m_s);
+        let led = outlook.leader.after(outlook.leader_speed_m_s, outlook.leader_turn_rate_rad_s, time_s);
+        let centre = led.carried(outlook.wind_m_s, -time_s);
+        let closed = self.closed(time_s);
+        // Seen in the frame of the slots, so that only one place has to be turned.
+        let own = self.frame.seen(own - centre.position, centre.heading_rad);
+        let distance_m2 =
+            |[before, after]: &[Vector2<f64>; 2]| (own - before - (after - before) * closed).norm_squared();
+        let nearest_m2 = outlook.others.iter().map(distance_m2).fold(f64::INFINITY, f64::min);
+        nearest_m2.sqrt().min(from_obstacles_m)
+    }
+}
+
+impl Obstacles<'_> {
+    /// The distance of `own` from the nearest edge after `time_s`, as [`Outlook`] gives places; infinite without obstacles.
+    fn clearance_m(&self, own: Point2<f64>, time_s: f64, wind_m_s: Vector2<f64>) -> f64 {
+        let from_edge_m = |one: &SensedObstacle| {
+            let velocity_m_s = Vector2::from(one.velocity_m_s) - wind_m_s;
+            let centre = Point2::from(one.position_m) - self.leader + velocity_m_s * time_s;
+            (own.coords - centre).norm() - one.radius_m
+        };
+        self.sensed.iter().map(from_edge_m).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl Search {
+    fn new(outlook: Outlook, before: FailsafePath) -> Self {
+        Self {
+            outlook,
+            before,
+            candidate: None,
+            step: 0,
+            clearance_m: f64::INFINITY,
+            best: before,
+            best_m: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Compares the moments of a tick. Returns the first path that is clear enough, or in the end the clearest.
+    fn advance(&mut self, loiter: &Loiter, obstacles: &Obstacles<'_>) -> Option<FailsafePath> {
+        for _ in 0..loiter.steps_per_tick {
+            let Some(path) = self.candidate.map_or(Some(self.before), path_at) else {
+                return Some(self.best);
+            };
+            self.compare(path, loiter, obstacles);
+            if self.best_m >= loiter.enough_m {
+                return Some(self.best);
+            }
+        }
+        None
+    }
+
+    /// Compares the next moment of `path`.
+    fn compare(&mut self, path: FailsafePath, loiter: &Loiter, obstacles: &Obstacles<'_>) {
+        let time_s = f64::from(self.step) * STEP_S;
+        let clearance_m = loiter.clearance_m(path, &self.outlook, time_s, obstacles);
+        self.clearance_m = self.clearance_m.min(clearance_m);
+        self.step += 1;
+        let is_worse = self.clearance_m <= self.best_m;
+        // Most paths meet somebody early, so it saves most of the work to leave a path once it is worse than the best.
+        if is_worse || self.step > STEPS {
+            if !is_worse {
+                (self.best, self.best_m) = (path, self.clearance_m);
+            }
+            self.candidate = Some(self.candidate.map_or(0, |place| place + 1));
+            (self.step, self.clearance_m) = (0, f64::INFINITY);
+        }
+    }
+}
+
+/// The circle that leads away from the leader. It is slow, so that the others have time to avoid a UAV that is in their midst.
+fn outward(sight: &Sight<'_>) -> FailsafePath {
+    let from_leader = sight.own.position - sight.leader.pose.position;
+    let is_left = direction(sight.own.heading_rad).perp(&from_leader) >= 0.0;
+    if is_left { FailsafePath::CIRCLE_LEFT } else { FailsafePath::CIRCLE_RIGHT }
+}
+
+/// The paths in the order in which they are preferred: circles at once, then short straight legs before long ones, and
+/// narrow turns before wide ones. `None` after the last one.
+fn path_at(place: u32) -> Option<FailsafePath> {
+    let circles = [FailsafePath::CIRCLE_LEFT, FailsafePath::CIRCLE_RIGHT];
+    if let Some(circle) = circles.get(place as usize) {
+        return Some(*circle);
+    }
+    let turns = 2 * u32::from(FailsafePath::QUARTER_TURN_STEPS.unsigned_abs()) + 1;
+    let place = place - circles.len() as u32;
+    let (leg, turn) = ((place / turns) as usize, (place % turns) as i8);
+    // 0, -1, 1, -2, 2, and so on.
+    let turn = if turn % 2 == 0 { turn / 2 } else { -(turn + 1) / 2 };
+    STRAIGHT_S.get(leg).map(|straight_s| FailsafePath::new(turn, *straight_s))
+}
+
+/// The slot of each UAV but `own`, before and after the ring has closed without it.
+fn moving_slots(own: UavId, ring: &LivingRing) -> Vec<[Vector2<f64>; 2]> {
+    let lives = |number: u32| number != own.0 && ring.has(number);
+    let mut closed = ring.clone();
+    closed.reform(lives);
+    let others = ring.in_formation().filter(|number| lives(*number));
+    others.map(|number| [ring, &closed].map(|ring| ring.slot(number).offset())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use ringwing_flight::Tick;
+
+    /// A leader at the origin that flies at 15 m/s.
+    fn leader(heading_rad: f64, turn_rate_rad_s: f64) -> PeerTrack {
+        let pose = Pose { position: Point2::origin(), heading_rad };
+        PeerTrack { tick: Tick(0), pose, speed_m_s: 15.0, turn_rate_rad_s }
+    }
+
+    fn scenario(uavs: u32) -> Scenario {
+        let mut scenario = Scenario::default();
+        scenario.formation.uavs = uavs;
+        scenario.control.ring_closes = true;
+        scenario
+    }
+
+    /// What a UAV knows that flies beside `leader`.
+    fn sight<'a>(leader: &PeerTrack, wind_m_s: Vector2<f64>, obstacles: &'a [SensedObstacle]) -> Sight<'a> {
+        Sight { own: leader.pose, leader: *leader, wind_m_s, obstacles }
+    }
+
+    /// Lets `plan` go on in still air until it is made.
+    fn finish(plan: &mut FailsafePlan, slots: &Slots, leader: &PeerTrack) -> FailsafePath {
+        finish_in(Vector2::zeros(), plan, slots, leader)
+    }
+
+    fn finish_in(
+        wind_m_s: Vector2<f64>,
+        plan: &mut FailsafePlan,
+        slots: &Slots,
+        leader: &PeerTrack,
+    ) -> FailsafePath {
+        let sight = sight(leader, wind_m_s, &[]);
+        plan.update(slots, &sight);
+        while plan.search.is_some() {
+            plan.update(slots, &sight);
+        }
+        plan.planned
+    }
+
+    const NO_OBSTACLES: Obstacles<'_> = Obstacles { sensed: &[], leader: Point2::new(0.0, 0.0) };
+
+    /// The path of UAV `own` of `scenario`, and how near it comes to anybody.
+    fn planned(scenario: &Scenario, own: u32, leader: &PeerTrack) -> (FailsafePath, f64) {
+        planned_in(Vector2::zeros(), scenario, own, leader)
+    }
+
+    fn planned_in(
+        wind_m_s: Vector2<f64>,
+        scenario: &Scenario,
+        own: u32,
+        leader: &PeerTrack,
+    ) -> (FailsafePath, f64) {
+        let (slots, mut plan) = (Slots::new(scenario, UavId(own)), FailsafePlan::new(scenario, UavId(own)));
+        let path = finish_in(wind_m_s, &mut plan, &slots, leader);
+        let loiter = plan.loiter.expect("it chooses");
+        let outlook = loiter.outlook(UavId(own), slots.ring(), leader, wind_m_s);
+        let at = |step| loiter.clearance_m(path, &outlook, f64::from(step) * STEP_S, &NO_OBSTACLES);
+        (path, (0..=STEPS).map(at).fold(f64::INFINITY, f64::min))
+    }
+
+    #[test]
+    fn uavs_at_the_sides_circle_outwards_at_once_and_one_in_front_leaves_first() {
+        let path = |own| planned(&scenario(6), own, &leader(0.0, 0.0)).0;
+        // UAV 1 flies behind the leader, UAV 2 behind and to the left, UAV 6 behind and to the right.
+        let circles = [FailsafePath::CIRCLE_LEFT, FailsafePath::CIRCLE_RIGHT];
+        assert_eq!([1, 2, 6].map(path), [circles[0], circles[0], circles[1]]);
+        // The others would overtake those in front.
+        for own in 3..=5 {
+            assert!(!circles.contains(&path(own)), "{own}");
+        }
+    }
+
+    #[test]
+    fn every_uav_of_every_ring_has_a_clear_way_out() {
+        for (uavs, own) in (3..=16).flat_map(|uavs| (1..=uavs).map(move |own| (uavs, own))) {
+            let clear_m = planned(&scenario(uavs), own, &leader(0.0, 0.0)).1;
+            assert!(clear_m > 20.0, "{own} of {uavs}: {clear_m} m");
+        }
+    }
+
+    #[test]
+    fn an_obstacle_on_the_path_changes_it_before_the_uav_is_there() {
+        let scenario = scenario(6);
+        let (slots, mut plan) = (Slots::new(&scenario, UavId(2)), FailsafePlan::new(&scenario, UavId(2)));
+        let before = finish(&mut plan, &slots, &leader(0.0, 0.0));
+        assert_eq!(before, FailsafePath::CIRCLE_LEFT);
+        // UAV 2 would circle round it, too near to its edge.
+        let mast = |x_m: f64| SensedObstacle {
+            position_m: [x_m, 110.0],
+            radius_m: 20.0,
+            braking_distance_m: 40.0,
+            velocity_m_s: [0.0; 2],
+        };
+        let path = |plan: &mut FailsafePlan, x_m: f64| {
+            // While an obstacle is sensed, a search never ends for good.
+            for _ in 0..1000 {
+                plan.update(&slots, &sight(&leader(0.0, 0.0), Vector2::zeros(), &[mast(x_m)]));
+            }
+            plan.planned
+        };
+        assert_eq!(path(&mut plan, 500.0), before);
+        let after = path(&mut plan, -20.0);
+        assert_ne!(after, before);
+        let loiter = plan.loiter.expect("it chooses");
+        let outlook = loiter.outlook(UavId(2), slots.ring(), &leader(0.0, 0.0), Vector2::zeros());
+        let obstacles = Obstacles { sensed: &[mast(-20.0)], leader: Point2::origin() };
+        let clear_m = |path| {
+            let at = |step| loiter.clearance_m(path, &outlook, f64::from(step) * STEP_S, &obstacles);
+            (0..=STEPS).map(at).fold(f64::INFINITY, f64::min)
+        };
+        assert!(clear_m(before) < 10.0 && clear_m(after) > 20.0, "{} m", clear_m(after));
+    }
+
+    #[test]
+    fn the_sides_are_those_of_the_leaders_heading() {
+        let turned_round = leader(std::f64::consts::PI, 0.0);
+        // UAV 3, in front and to the left of a leader that heads along x, is now behind and to its right.
+        assert_eq!(planned(&scenario(6), 3, &turned_round).0, FailsafePath::CIRCLE_RIGHT);
+    }
+
+    #[test]
+    fn only_a_uav_near_its_slot_leaves_as_planned_and_others_circle_away_from_the_leader() {
+        let scenario = scenario(6);
+        let (slots, mut plan) = (Slots::new(&scenario, UavId(4)), FailsafePlan::new(&scenario, UavId(4)));
+        let planned = finish(&mut plan, &slots, &leader(0.0, 0.0));
+        let mut path = |x_m: f64, y_m: f64| {
+            let own = Pose { position: Point2::new(x_m, y_m), heading_rad: 0.0 };
+            plan.update(&slots, &Sight { own, ..sight(&leader(0.0, 0.0), Vector2::zeros(), &[]) });
+            plan.path()
+        };
+        // Its slot is 40 m in front of the leader.
+        assert_eq!([path(40.0, 0.0), path(30.0, -20.0)], [planned; 2]);
+        assert_eq!(path(20.0, 20.0), FailsafePath::CIRCLE_LEFT);
+        assert_eq!(path(20.0, -20.0), FailsafePath::CIRCLE_RIGHT);
+    }
+
+    #[test]
+    fn an_airframe_circles_as_it_is_built_if_nobody_closes_the_ring_or_it_does_not_loiter() {
+        let path = |settings: &dyn Fn(&mut Scenario)| {
+            let mut scenario = scenario(6);
+            settings(&mut scenario);
+            let mut plan = FailsafePlan::new(&scenario, UavId(6));
+            finish(&mut plan, &Slots::new(&scenario, UavId(6)), &leader(0.0, 0.0))
+        };
+        assert_eq!(path(&|_| ()), FailsafePath::CIRCLE_RIGHT);
+        assert_eq!(path(&|scenario| scenario.control.ring_closes = false), FailsafePath::CIRCLE_LEFT);
+        assert_eq!(path(&|scenario| scenario.airframe.failsafe = Failsafe::Hold), FailsafePath::CIRCLE_LEFT);
+    }
+
+    #[test]
+    fn a_plan_is_made_anew_when_the_slots_change_or_the_leader_turns() {
+        let scenario = scenario(6);
+        let (mut slots, mut plan) = (Slots::new(&scenario, UavId(6)), FailsafePlan::new(&scenario, UavId(6)));
+        assert_eq!(finish(&mut plan, &slots, &leader(0.0, 0.0)), FailsafePath::CIRCLE_RIGHT);
+        // In front of a leader that has turned round, it leaves first.
+        assert_ne!(finish(&mut plan, &slots, &leader(3.1, 0.0)), FailsafePath::CIRCLE_RIGHT);
+        let path = finish(&mut plan, &slots, &leader(0.0, 0.0));
+        // In a gust the plan stays, and in another wind it is made anew.
+        for (wind_m_s, is_planned) in [(1.5, false), (8.0, true)] {
+            plan.update(&slots, &sight(&leader(0.0, 0.0), Vector2::new(wind_m_s, 0.0), &[]));
+            assert_eq!(plan.search.is_some(), is_planned);
+        }
+        // Alone, it has nobody to keep clear of, so any path is good enough.
+        slots.reform(Tick(0), |uav| uav == UavId(6));
+        assert_eq!(finish(&mut plan, &slots, &leader(0.0, 0.0)), path);
+    }
+
+    #[test]
+    fn a_plan_takes_many_ticks_and_ends_even_while_the_leader_keeps_turning() {
+        let scenario = scenario(6);
+        let (slots, mut plan) = (Slots::new(&scenario, UavId(4)), FailsafePlan::new(&scenario, UavId(4)));
+        plan.update(&slots, &sight(&leader(0.0, 0.0), Vector2::zeros(), &[]));
+        let mut ticks = 1;
+        while plan.search.is_some() {
+            plan.update(&slots, &sight(&leader(0.2 * f64::from(ticks), 0.0), Vector2::zeros(), &[]));
+            ticks += 1;
+        }
+        assert!((5..400).contains(&ticks), "{ticks}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn a_formation_that_turns_with_its_leader_plans_the_same_whatever_the_heading(
+            heading_rad in -3.0..3.0, turn_rate_rad_s in -0.03..0.03, own in 1..=6_u32,
+        ) {
+            let mut scenario = scenario(6);
+            scenario.formation.frame = FormationFrame::Leader;
+            let path = |heading_rad| planned(&scenario, own, &leader(heading_rad, turn_rate_rad_s)).1;
+            prop_assert!((path(heading_rad) - path(0.0)).abs() < 1e-6);
+        }
+
+        #[test]
+        fn also_in_wind_a_path_is_found_that_keeps_clear(
+            from_rad in -3.0..3.0, wind_m_s in 0.0..7.0, own in 1..=6_u32,
+        ) {
+            let wind = direction(from_rad) * wind_m_s;
+            let clear_m = planned_in(wind, &scenario(6), own, &leader(0.0, 0.0)).1;
+            prop_assert!(clear_m > 15.0, "{} m", clear_m);
+        }
+
+        #[test]
+        fn also_in_a_turn_a_path_is_found_that_keeps_clear(turn_rate_rad_s in -0.05..0.05, own in 1..=6_u32) {
+            let clear_m = planned(&scenario(6), own, &leader(0.0, turn_rate_rad_s)).1;
+            prop_assert!(clear_m > 15.0, "{} m", clear_m);
+        }
+    }
+}
