@@ -55,7 +55,7 @@ pub fn scenario(seed: u64) -> Scenario {
         scenario.obstacle_field.circles = dice.whole(1..=12);
     }
     scenario.intruders = (0..dice.whole(0..=2)).map(|_| dice.intruder(&scenario)).collect();
-    scenario.control.collision_filter |= dice.one_in(3);
+    scenario.control.collision_filter ^= dice.one_in(3);
     scenario.sensing.radar_range_m = dice.number(60.0, 200.0);
     scenario.sensing.radar_noise_m = dice.pick(&[0.0, 1.0]);
     dice.set_manoeuvre(&mut scenario);

@@ -62,6 +62,15 @@ fn several_may_die_at_once() {
 }
 
 #[test]
+fn any_two_of_six_may_die_at_once_and_meet_nobody() {
+    // The paths on which they leave are planned for the loss of one.
+    for (first, second) in (1..=6).flat_map(|first| (first + 1..=6).map(move |second| (first, second))) {
+        let recovery = recovery_from_loss(6, &[first, second]);
+        assert!(recovery.closest_m > 20.0, "{first} and {second}: {recovery:?}");
+    }
+}
+
+#[test]
 fn any_half_of_twelve_side_by_side_may_die() {
     for first in 0..12 {
         let dead: Vec<u32> = (first..first + 6).map(|place| place % 12 + 1).collect();

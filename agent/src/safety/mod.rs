@@ -37,6 +37,13 @@ const CHANGE_COST: f64 = 0.1;
 /// of it, and so on. Without that, a UAV that wants to fall back behind another keeps its place beside it for ever, because
 /// that takes no turn; a shorter time makes UAVs take the long way round too soon.
 const PATIENCE_S: f64 = 3.0;
+/// How long an aircraft that does not avoid this UAV may stay in its way until the UAV lets it fly ahead or passes it. Less does so
+/// with intruders that cross its way; more lets it fly beside one for longer.
+const ENCOUNTER_S: f64 = 10.0;
+/// Conflicts with an aircraft that are at most this far apart are one encounter. A UAV beside an aircraft turns to its wish whenever that
+/// is clear for a moment, and back. Shorter, and each of these conflicts would be taken for the first one; longer, and another
+/// passage would count as well.
+const ENCOUNTER_BREAK_S: f64 = 3.0;
 /// Cost of any conflict: more than all departures from the wish together.
 const CONFLICT_COST: f64 = 1000.0;
 /// Cost of a conflict that is a second nearer, in metres of depth.
@@ -87,6 +94,8 @@ pub struct CollisionFilter {
     clearance_m: f64,
     horizon_s: f64,
     interval_ticks: i64,
+    /// The same while it acts or senses an obstacle.
+    acting_interval_ticks: i64,
     period_s: f64,
     turn_rate_max_rad_s: f64,
     speed_min_m_s: f64,
@@ -97,6 +106,15 @@ pub struct CollisionFilter {
     traffic: Option<Traffic>,
     threats: Vec<Threat>,
     escape: Option<Escape>,
+    encounter: Option<Encounter>,
+}
+
+/// Conflicts with one aircraft that follow one another.
+#[derive(Debug, Clone, Copy)]
+struct Encounter {
+    with: Avoided,
+    began: Tick,
+    latest: Tick,
 }
 
 impl CollisionFilter {
@@ -104,6 +122,7 @@ impl CollisionFilter {
     pub fn new(scenario: &Scenario, uav: UavId) -> Self {
         let (safety, airframe) = (&scenario.safety, &scenario.airframe);
         let rate_hz = f64::from(scenario.time.rate_hz);
+        let ticks = |interval_s: f64| ((interval_s * rate_hz).round() as i64).max(1);
         let turn_rate_max_rad_s = airframe.turn_rate_max_rad_s;
         let step_rad = safety.heading_step_deg.to_radians();
         let side = (WIDEST_TURN_RAD / step_rad).floor() as i32;
@@ -116,7 +135,8 @@ impl CollisionFilter {
             separation_m: safety.separation_m,
             clearance_m: safety.clearance_m,
             horizon_s: safety.horizon_s,
-            interval_ticks: ((safety.interval_s * rate_hz).round() as i64).max(1),
+            interval_ticks: ticks(safety.interval_s),
+            acting_interval_ticks: ticks(safety.acting_interval_s.min(safety.interval_s)),
             period_s: scenario.period_s(),
             turn_rate_max_rad_s,
             speed_min_m_s: airframe.speed_min_m_s,
@@ -126,6 +146,7 @@ impl CollisionFilter {
             traffic: None,
             threats: Vec::new(),
             escape: None,
+            encounter: None,
         }
     }
 
@@ -154,7 +175,7 @@ impl CollisionFilter {
         around: &Surroundings<'_>,
     ) -> Flown {
         // The UAVs look in turn: if two of them looked at once, both would give way to the same side, again and again.
-        if (now.0 + i64::from(self.uav.0)) % self.interval_ticks == 0 {
+        if (now.0 + i64::from(self.uav.0)) % self.interval_ticks(around) == 0 {
             self.escape = self.look(now, own, wish, force, around);
         }
         let Some(Escape { heading_rad, speed_m_s, avoided, avoided_at, turn_rad, .. }) = self.escape else {
@@ -164,6 +185,12 @@ impl CollisionFilter {
         let wanted_rad_s = HEADING_GAIN_PER_S * wrap(heading_rad - own.heading_rad);
         let turn_rate_rad_s = saturate(wanted_rad_s, -self.turn_rate_max_rad_s, self.turn_rate_max_rad_s);
         Flown { control: ControlInput { speed_m_s, turn_rate_rad_s }, avoided, avoided_at, turn_rad }
+    }
+
+    /// How many ticks lie between two looks.
+    fn interval_ticks(&self, around: &Surroundings<'_>) -> i64 {
+        let is_close = self.escape.is_some() || !around.obstacles.is_empty();
+        if is_close { self.acting_interval_ticks } else { self.interval_ticks }
     }
 
     /// The way to take if that of the wish is not clear; `None` if it is.
@@ -195,7 +222,8 @@ impl CollisionFilter {
         let since = self.escape.map_or(now, |escape| escape.since);
         let acted_s = now.since(since) as f64 * self.period_s;
         let speed_cost = 1.0 + acted_s / PATIENCE_S;
-        let wish = Wished { control: wish, turn_rad, course: &course, passing, speed_cost };
+        let only_m_s = self.speed_apart(now, &threat);
+        let wish = Wished { control: wish, turn_rad, course: &course, passing, speed_cost, only_m_s };
         let mut choice = self.choose(own, &wish);
         if choice.cost >= CONFLICT_COST && !around.obstacles.is_empty() {
             // A narrow gap is better than none.
@@ -210,6 +238,23 @@ impl CollisionFilter {
             avoided_at: threat.place,
             turn_rad: wrap(choice.turn_rad - turn_rad),
             since,
+        })
+    }
+
+    /// The speed that gets this UAV away from the aircraft `threat` soonest, if that has stayed beside it for long without avoiding it.
+    fn speed_apart(&mut self, now: Tick, threat: &Threat) -> Option<f64> {
+        let ticks = |duration_s: f64| (duration_s / self.period_s).round() as i64;
+        let lasts = |known: &Encounter| {
+            known.with == threat.what && now.since(known.latest) < ticks(ENCOUNTER_BREAK_S)
+        };
+        let began = self.encounter.filter(lasts).map_or(now, |known| known.began);
+        self.encounter = Some(Encounter { with: threat.what, began, latest: now });
+        let is_long = now.since(began) > ticks(ENCOUNTER_S);
+        let is_judged = is_long && threat.avoids_too.is_none() && threat.what != Avoided::OBSTACLE;
+        is_judged.then(|| {
+            let slower_by_m_s = threat.speed_m_s(self.horizon_s) - self.speed_min_m_s;
+            let faster_by_m_s = self.speed_max_m_s - threat.speed_m_s(self.horizon_s);
+            if slower_by_m_s > faster_by_m_s { self.speed_min_m_s } else { self.speed_max_m_s }
         })
     }
 
@@ -229,6 +274,7 @@ impl CollisionFilter {
     /// The cheapest way: clear, and little off the wish.
     fn choose(&self, own: &Pose, wish: &Wished<'_>) -> Choice {
         let speeds = [wish.control.speed_m_s, self.speed_min_m_s, self.speed_max_m_s, self.leader_speed_m_s];
+        let speeds = wish.only_m_s.map_or(speeds, |only_m_s| [only_m_s; 4]);
         let mut best = Choice { turn_rad: 0.0, speed_m_s: self.speed_min_m_s, cost: f64::INFINITY };
         let turns = self.turns.iter().map(|(turn_rad, course)| (*turn_rad, course));
         // The wish comes first, so that it wins among equals. If it is clear, the others are only asked whether they
@@ -287,6 +333,8 @@ struct Wished<'a> {
     passing: Option<Passing>,
     /// Cost of another speed, for the whole range of speeds.
     speed_cost: f64,
+    /// The speed of all ways, if it does not choose.
+    only_m_s: Option<f64>,
 }
 
 /// A way to fly, and what it costs.

@@ -4,7 +4,7 @@ use ringwing_flight::{AircraftId, SensedAircraft};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A tick in which UAV 1 looks for a clear way, at 100 Hz and every 0.1 s.
-const LOOK: Tick = Tick(9);
+const LOOK: Tick = Tick(19);
 /// The aircraft that is avoided.
 const OTHER: AircraftId = AircraftId::uav(UavId(2));
 const WISH: ControlInput = ControlInput { speed_m_s: 15.0, turn_rate_rad_s: 0.0 };
@@ -105,14 +105,14 @@ fn a_course_is_held_until_the_next_look() {
     let first = flown(&mut filter, LOOK, &[]);
     filter.receive(&report(LOOK.next(), &[]));
     assert_eq!(flown(&mut filter, LOOK.next(), &[]), first);
-    assert_eq!(flown(&mut filter, Tick(19), &[]).control, WISH);
+    assert_eq!(flown(&mut filter, Tick(23), &[]).control, WISH);
 }
 
 #[test]
 fn old_reports_and_those_for_other_uavs_are_not_used() {
     let near = [aircraft([60.0, 0.0], PI, 0.0)];
     let mut filter = filter();
-    filter.receive(&report(Tick(9 - 201), &near));
+    filter.receive(&report(Tick(LOOK.0 - 201), &near));
     filter.receive(&Traffic { uav: UavId(3), ..report(LOOK, &near) });
     assert_eq!(flown(&mut filter, LOOK, &[]).avoided, Avoided::NOTHING);
 }
@@ -121,7 +121,7 @@ fn old_reports_and_those_for_other_uavs_are_not_used() {
 fn a_late_report_is_predicted_to_now() {
     let mut filter = filter();
     // It was seen 1.5 s ago, and has passed since.
-    filter.receive(&report(Tick(9 - 150), &[aircraft([10.0, 0.0], PI, 0.0)]));
+    filter.receive(&report(Tick(LOOK.0 - 150), &[aircraft([10.0, 0.0], PI, 0.0)]));
     assert_eq!(flown(&mut filter, LOOK, &[]).avoided, Avoided::NOTHING);
 }
 
@@ -168,6 +168,25 @@ fn in_wind_aircraft_are_avoided_where_they_meet_in_the_air_and_obstacles_where_t
     };
     assert_eq!(avoided(far, &[mast], [0.0; 2]), Avoided::NOTHING);
     assert_eq!(avoided(far, &[mast], [0.0, -10.0]), Avoided::OBSTACLE);
+}
+
+#[test]
+fn an_intruder_that_stays_in_the_way_for_long_is_left_behind_and_a_uav_of_the_swarm_is_not() {
+    let speed_m_s = |who: AircraftId, after_ticks: i64| {
+        let mut filter = filter();
+        let mut flown_m_s = 0.0;
+        for tick in (LOOK.0..=LOOK.0 + after_ticks).step_by(20).map(Tick) {
+            let ahead = SensedAircraft { who, speed_m_s: 14.0, ..aircraft([12.0, 0.0], 0.0, 0.0) };
+            filter.receive(&report(tick, &[ahead]));
+            flown_m_s = flown(&mut filter, tick, &[]).control.speed_m_s;
+        }
+        flown_m_s
+    };
+    let intruder = AircraftId::intruder(ringwing_flight::IntruderId(1));
+    // 25 m/s gets away from 14 m/s sooner than 12 m/s does.
+    assert!(speed_m_s(intruder, 1000) < 25.0);
+    assert_eq!(speed_m_s(intruder, 1040), 25.0);
+    assert!(speed_m_s(OTHER, 1040) < 25.0);
 }
 
 proptest! {

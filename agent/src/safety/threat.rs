@@ -127,6 +127,14 @@ impl Viewpoint {
 }
 
 impl Threat {
+    /// How fast it flies on the straight line from its first to its last place within the horizon.
+    pub(super) fn speed_m_s(&self, horizon_s: f64) -> f64 {
+        let ([x, y], [end_x, end_y]) = (self.course.first(), self.course.last());
+        // The first sample is a step from now.
+        let time_s = horizon_s * (SAMPLES - 1) as f64 / SAMPLES as f64;
+        f64::from((end_x - x).hypot(end_y - y)) / time_s
+    }
+
     /// The squared distance to keep at each sample at this speed.
     fn keep_m2(&self, speed: f32) -> f32 {
         let relative = speed + self.own_m_s;

@@ -115,9 +115,7 @@ impl Law {
             turn_feed_forward: on,
             wind_estimated: on,
             ring_closes: on,
-            // Off under both laws: after some losses a ring closes later with it, because the others go round the circle of
-            // the UAV that was lost.
-            collision_filter: false,
+            collision_filter: on,
         }
     }
 }
@@ -187,8 +185,10 @@ pub struct SafetySection {
     pub clearance_m: f64,
     /// How far ahead a path must be clear.
     pub horizon_s: f64,
-    /// How often a UAV looks for a clear path.
+    /// How often a UAV looks whether its path is clear.
     pub interval_s: f64,
+    /// How often it looks while it avoids something or senses an obstacle; at most `interval_s`.
+    pub acting_interval_s: f64,
     /// The angle between two courses that it considers.
     pub heading_step_deg: f64,
 }
@@ -204,6 +204,9 @@ impl Default for SafetySection {
             // the law would have solved.
             horizon_s: 4.0,
             interval_s: 0.1,
+            // Between obstacles, a UAV turns often: with 0.1 s, some UAV hits one in 5 of 100 fields of 30 circles. Less costs
+            // more processor time.
+            acting_interval_s: 0.04,
             heading_step_deg: 15.0,
         }
     }

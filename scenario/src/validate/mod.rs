@@ -178,6 +178,7 @@ fn safety(scenario: &Scenario) -> impl Iterator<Item = Violation> {
         quantity("safety.clearance_m", safety.clearance_m).not_below_zero(),
         quantity("safety.horizon_s", safety.horizon_s).timeout(HORIZON_MAX_S),
         quantity("safety.interval_s", safety.interval_s).timeout(HORIZON_MAX_S),
+        quantity("safety.acting_interval_s", safety.acting_interval_s).timeout(HORIZON_MAX_S),
         quantity("safety.heading_step_deg", safety.heading_step_deg).within(HEADING_STEP_MIN_DEG..=90.0),
     ]
     .into_iter()

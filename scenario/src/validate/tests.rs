@@ -44,7 +44,7 @@ fn the_defaults_and_the_example_are_valid() {
 type Change = fn(&mut Scenario, f64);
 
 /// The key, how to set it, values that are just valid, and values that are not.
-const BOUNDS: [(&str, Change, &[f64], &[f64]); 53] = [
+const BOUNDS: [(&str, Change, &[f64], &[f64]); 54] = [
     ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
     ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
     ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
@@ -94,6 +94,7 @@ const BOUNDS: [(&str, Change, &[f64], &[f64]); 53] = [
     ("safety.separation_m", |s, v| s.safety.separation_m = v, &[2.1, 39.9], &[2.0, -1.0]),
     ("safety.clearance_m", |s, v| s.safety.clearance_m = v, &[0.0], &[-1.0]),
     ("safety.horizon_s", |s, v| s.safety.horizon_s = v, &[0.01, 60.0], &[0.0, 61.0]),
+    ("safety.acting_interval_s", |s, v| s.safety.acting_interval_s = v, &[0.01, 60.0], &[0.0, 61.0]),
     ("safety.interval_s", |s, v| s.safety.interval_s = v, &[0.01, 60.0], &[0.0, 61.0]),
     ("safety.heading_step_deg", |s, v| s.safety.heading_step_deg = v, &[1.0, 90.0], &[0.9, 91.0]),
     ("supervision.start_timeout_s", |s, v| s.supervision.start_timeout_s = v, &[3600.0], &[0.0, 3601.0]),
