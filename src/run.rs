@@ -124,6 +124,9 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
             Err(error) => output::warning(&format!("--baseline: {error}")),
         }
     }
+    for refused in outcome.recorder.iter().flat_map(|report| &report.refused_notes) {
+        output::warning(refused);
+    }
     let text = if args.json { summary.to_json() + "\n" } else { summary::for_terminal(&summary) };
     // Print first: a disk that is full must not take the result.
     output::print(&text);

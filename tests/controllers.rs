@@ -3,6 +3,7 @@
 use crate::harness::{Finished, Swarm, ringwing};
 use ringwing_flight::{Part, UavId};
 use std::{
+    collections::BTreeSet,
     fs,
     path::{Path, PathBuf},
     process::{Command, Output},
@@ -50,6 +51,16 @@ fn a_controller_in_rust_forms_the_ring_and_its_flight_repeats_to_the_bit() {
     assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stdout));
     let built_in = Swarm::fly("paper-4.1").finish();
     assert_ne!(run.text("payload_hash"), built_in.text("payload_hash"), "it is another law");
+    let (log, of_built_in) = (run.log(), built_in.log());
+    for uav in 1..=6 {
+        let (notes, states) = (log.notes(uav), log.states(uav));
+        assert!(notes.iter().map(|notes| notes.tick).eq(states.iter().map(|state| state.tick)));
+        let names: BTreeSet<_> = notes.iter().flat_map(|notes| &notes.notes).map(|note| &note.name).collect();
+        assert!(names.into_iter().eq(["correction_m_s"]));
+        // In its slot, between neighbours in theirs, there is nothing left to correct.
+        assert!(notes[0].notes[0].value > 1.0 && notes.last().unwrap().notes[0].value < 0.01);
+        assert!(!of_built_in.topics.contains_key(&format!("/uav/{uav:03}/notes")));
+    }
 }
 
 #[test]

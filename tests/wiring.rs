@@ -8,7 +8,8 @@ use iceoryx2::{
 };
 use ringwing_bus::{Stamps, Wire};
 use ringwing_flight::{
-    EventMessage, FormationError, JournalEntry, JournalHeader, LinkCounts, Part, Payload, Roster, UavId,
+    EventMessage, FormationError, JournalEntry, JournalHeader, LinkCounts, Notes, Part, Payload, Roster,
+    UavId,
 };
 use rustix::process::Signal;
 use std::collections::{BTreeMap, BTreeSet};
@@ -101,6 +102,7 @@ impl Inspector {
         let ends_of = |service: String| {
             let ends = match service.as_str() {
                 "uav/links" => self.message_ends::<LinkCounts>(&service),
+                "uav/notes" => self.message_ends::<Notes>(&service),
                 "world/events" | "launcher/events" => self.message_ends::<EventMessage>(&service),
                 "launcher/roster" => self.message_ends::<Roster>(&service),
                 "recorder/formation_error" => self.message_ends::<FormationError>(&service),
@@ -194,6 +196,17 @@ fn the_leader_reads_nothing_and_the_recorder_only_the_journal_links_and_events()
     let mut expected: BTreeSet<String> = (1..=6).map(|uav| format!("agent-{uav}")).collect();
     expected.insert(Part::World.node_name());
     assert_eq!(services["leader/state/1"].1, expected);
+    crate::harness::send(run.launcher(), Signal::INT);
+    run.finish().assert_ended_with(1);
+}
+
+#[test]
+fn notes_go_from_the_controllers_that_make_some_to_the_recorder() {
+    let agent = format!("3={}", crate::controllers::consensus());
+    let run = Swarm::fly("paper-4.1").with("--real-time --duration 600").agent(&agent).start();
+    run.wait_for_second(0.1);
+    let services = Inspector::of(&run).all_ends();
+    assert_eq!(services["uav/notes"], (set(&["agent-3".into()]), set(&["recorder".into()])));
     crate::harness::send(run.launcher(), Signal::INT);
     run.finish().assert_ended_with(1);
 }

@@ -9,7 +9,7 @@ use crate::{
     law::{ControlInput, saturated_control},
     pilot::{Forecast, Situation, Steer, Steered},
 };
-use ringwing_flight::Account;
+use ringwing_flight::{Account, Notes, Tick};
 
 /// What decides how one UAV flies: the user's own law.
 ///
@@ -36,18 +36,42 @@ pub struct Wish {
     pub speed_m_s: f64,
     /// Rate of the heading, rad/s, counterclockwise.
     pub turn_rate_rad_s: f64,
+    /// What to put into the log. Nothing else depends on it, so notes never change a flight.
+    pub notes: Notes,
 }
 
 impl Wish {
     /// A wish for this speed, in m/s, and this turn rate, in rad/s.
     pub fn new(speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
-        Self { speed_m_s, turn_rate_rad_s }
+        Self { speed_m_s, turn_rate_rad_s, notes: Notes::default() }
+    }
+
+    /// The same wish with a note: `value` gets into the log under `name`, if the flight is recorded. A second value under the
+    /// same name replaces the first one.
+    ///
+    /// A note that cannot be recorded is left out, and the run warns of it: see [`Notes::set`].
+    #[must_use]
+    pub fn with_note(mut self, name: &str, value: f64) -> Self {
+        // The notes remember what they refuse, and the recorder tells the user.
+        let _ = self.notes.set(name, value);
+        self
     }
 }
 
 /// A user's controller behind the seam.
 #[derive(Debug, Clone)]
-pub struct Guest<C>(pub C);
+pub struct Guest<C> {
+    controller: C,
+    /// What it noted last. Boxed, so that the agents of a simulation, most of which have the built-in law, stay small.
+    notes: Box<Notes>,
+}
+
+impl<C> Guest<C> {
+    /// `controller`, before its first tick.
+    pub fn new(controller: C) -> Self {
+        Self { controller, notes: Box::default() }
+    }
+}
 
 impl<C: Controller> Steer for Guest<C> {
     type Rehearsal = Straight;
@@ -57,7 +81,8 @@ impl<C: Controller> Steer for Guest<C> {
     }
 
     fn steer(&mut self, situation: &Situation<'_>) -> Option<Steered> {
-        let Wish { speed_m_s, turn_rate_rad_s } = self.0.step(situation);
+        let Wish { speed_m_s, turn_rate_rad_s, notes } = self.controller.step(situation);
+        *self.notes = notes.made_in(situation.tick, situation.uav);
         let wish = ControlInput { speed_m_s, turn_rate_rad_s };
         // A saturation lets NaN through.
         if !(speed_m_s.is_finite() && turn_rate_rad_s.is_finite()) {
@@ -71,6 +96,11 @@ impl<C: Controller> Steer for Guest<C> {
             ..situation.account(control)
         };
         Some(Steered { control, account, forecast: Some(Forecast::arc(situation, control)) })
+    }
+
+    fn notes(&self, now: Tick) -> Option<&Notes> {
+        // In a tick without senses the controller decides nothing, and its notes are those of an earlier tick.
+        (self.notes.tick == now && !self.notes.is_empty()).then_some(&self.notes)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{
     reception::{Inputs, LinkReceiver, LinkSettings, Route, Sample, sensor_limits},
 };
 use ringwing_flight::{
-    Account, Command, LeaderState, LinkCounts, LinkSource, Sensed, Tick, Traffic, UavId, UavState,
+    Account, Command, LeaderState, LinkCounts, LinkSource, Notes, Sensed, Tick, Traffic, UavId, UavState,
 };
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 
@@ -173,6 +173,11 @@ impl<S: Steer> UavAgent<S> {
             Err(Undecided::NotFinite) => Command::not_finite(now, self.uav),
         };
         Answer { state: None, command, account: None }
+    }
+
+    /// What its controller has noted for the log in `now`, which was flown last.
+    pub fn notes(&self, now: Tick) -> Option<&Notes> {
+        self.pilot.notes(now)
     }
 
     /// Opens and closes `inputs`, so that exactly the UAVs that the pilot now listens to are open.

@@ -9,7 +9,7 @@ use crate::{
     domain::{Reserve, reserve},
     journal,
 };
-use ringwing_flight::{Part, ProcessAction};
+use ringwing_flight::{Part, ProcessAction, UavId};
 use ringwing_scenario::{Scenario, Wake, fault::Action};
 use rustix::param::page_size;
 
@@ -92,6 +92,7 @@ impl Demand {
         let ballast_bytes = u64::from(scenario.ipc.payload_bytes);
         let [events, ballast] = [scenario.ipc.wake == Wake::Event, ballast_bytes > 0].map(u64::from);
         let link_faults = u64::from(has_link_faults(scenario));
+        let own = UavId::all(uavs).filter(|uav| scenario.agent_of(*uav).is_some()).count() as u64;
         let pages_per_uav = PAGES_PER_UAV
             + PAGES_PER_LISTENER * events
             + PAGES_PER_BALLAST * ballast
@@ -104,7 +105,8 @@ impl Demand {
             uavs,
             // Each UAV with ballast has a segment in each direction.
             swarm_bytes: bytes(PAGES_PER_RUN + pages_per_uav * n)
-                + 2 * n * ballast * reserve::pinned_bytes(ballast_bytes),
+                + 2 * n * ballast * reserve::pinned_bytes(ballast_bytes)
+                + own * journal::notes_lag_bytes(uavs),
             successors_bytes: bytes(PAGES_PER_INCARNATION) * successors(scenario),
             files: FILES_PER_RUN
                 + n * (FILES_PER_UAV + FILES_PER_LISTENER * events + FILES_PER_BALLAST * ballast),
@@ -190,6 +192,8 @@ fn journal_depths(scenario: &Scenario) -> [usize; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ringwing_flight::Notes;
+    use ringwing_scenario::AgentSection;
 
     fn demand(uavs: u32, change: impl FnOnce(&mut Scenario)) -> Demand {
         let mut scenario = Scenario::default();
@@ -217,6 +221,10 @@ mod tests {
         assert!(ballast(1 << 20) - ballast(16) > 6 * 4 * (1 << 20), "{}", ballast(1 << 20));
         let fault = |sentence: &str| demand(6, |scenario| scenario.faults = vec![sentence.parse().unwrap()]);
         assert!(fault("at 1 s link all loss 30 %").swarm_bytes > plain);
+        let agents =
+            |text: &str| demand(6, |scenario| scenario.agents = vec![AgentSection::parse(text).unwrap()]);
+        let [one, all] = ["3=./mine", "all=./mine"].map(|text| agents(text).swarm_bytes - plain);
+        assert!(one > 1000 * size_of::<Notes>() as u64 && all == 6 * one, "{one} {all}");
         let spare = SPARE_INCARNATIONS * successor_bytes();
         assert_eq!(fault("at 1 s freeze uav 3").successors_bytes, spare);
         assert_eq!(

@@ -6,7 +6,7 @@
 //! Must never hold up the world: a recorder that lags too far loses the oldest ticks.
 
 use crate::{
-    BusError, Domain,
+    BusError, Domain, Stamps,
     channel::{OBSERVERS, SENDERS, count_failure, may_open_later},
     domain::Reserve,
     retry::retry,
@@ -21,7 +21,7 @@ use iceoryx2::{
     prelude::{PortFactory as _, ServiceName, ipc},
     service::port_factory::publish_subscribe::PortFactory,
 };
-use ringwing_flight::{JournalEntry, JournalHeader};
+use ringwing_flight::{JournalEntry, JournalHeader, Notes};
 use std::fmt::Debug;
 
 pub(crate) type Factory = PortFactory<ipc::Service, [Wire<JournalEntry>], Wire<JournalHeader>>;
@@ -47,6 +47,9 @@ const BYTES_MAX: usize = 64 << 20;
 const IN_USE: usize = 4;
 /// What iceoryx2 adds to each sample, in bytes: its header and the rounding.
 const SAMPLE_OVERHEAD: usize = 64;
+/// Ticks of which agents may have sent notes while the journal does not have them: the open tick, and the one before it. With
+/// fewer, a recorder that lags loses notes; more are never used.
+const NOTES_AHEAD: usize = 2;
 
 /// How many ticks the journal of a swarm of `uavs` keeps for a recorder that lags behind, if there is enough memory.
 pub fn depth_max(uavs: u32) -> usize {
@@ -66,6 +69,17 @@ pub(crate) fn lag_bytes(uavs: u32, depth: usize) -> u64 {
 /// Memory that it takes further for an observer that hangs, in bytes.
 pub(crate) fn observer_lag_bytes(uavs: u32) -> u64 {
     (observer_depth(uavs) * sample_bytes(uavs)) as u64
+}
+
+/// How many ticks of notes wait for a recorder that lags: those that the journal of a swarm of `uavs` keeps, and those that it
+/// does not have yet.
+pub(crate) fn notes_depth(uavs: u32) -> usize {
+    depth_max(uavs) + NOTES_AHEAD
+}
+
+/// Memory that the notes of one agent take when the recorder lags by all of these ticks, in bytes.
+pub(crate) fn notes_lag_bytes(uavs: u32) -> u64 {
+    (notes_depth(uavs) * (size_of::<Notes>() + size_of::<Stamps>() + SAMPLE_OVERHEAD)) as u64
 }
 
 /// How many ticks of a swarm of `uavs` wait for an observer.

@@ -12,8 +12,8 @@ use crate::{
 };
 use iceoryx2::{node::Node, prelude::ipc};
 use ringwing_flight::{
-    Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, Pace, Part, Payload, Roster,
-    Sensed, Traffic, UavId, UavState,
+    Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, Notes, Pace, Part, Payload,
+    Roster, Sensed, Traffic, UavId, UavState,
 };
 use ringwing_scenario::{Scenario, Wake};
 use std::{collections::BTreeMap, marker::PhantomData};
@@ -82,6 +82,19 @@ pub fn links(uavs: u32) -> Channel<LinkCounts> {
     Channel { senders: uavs as usize + SENDERS, ..links }
 }
 
+/// What controllers note for the log, from the agents of a swarm of `uavs`, for the recorder and for observers.
+///
+/// Apart from the journal, because the built-in law notes nothing: in the journal, notes would cost every flight.
+pub fn notes(uavs: u32) -> Channel<Notes> {
+    let notes = channel("uav/notes".into(), 2 + OBSERVERS, journal::notes_depth(uavs));
+    Channel { senders: uavs as usize + SENDERS, ..notes }
+}
+
+/// Whether the run of `scenario` has a service for notes: only programs of the user's make notes.
+pub fn has_notes(scenario: &Scenario) -> bool {
+    scenario.first_own_agent().is_some()
+}
+
 /// Events in the air, from the world, for the recorder, the launcher and observers.
 pub fn world_events() -> Channel<EventMessage> {
     with_kept_events(channel("world/events".into(), 2 + OBSERVERS, RECORDER_DEPTH))
@@ -134,6 +147,7 @@ pub struct Services {
     boards: BTreeMap<Part, Vec<BoardFactory>>,
     journal: journal::Factory,
     links: Factory<LinkCounts>,
+    notes: Option<Factory<Notes>>,
     events: [Factory<EventMessage>; 2],
     roster: Factory<Roster>,
     formation_error: Factory<FormationError>,
@@ -145,7 +159,8 @@ impl Services {
     /// Creates the services of `scenario`'s swarm in `domain`, to which `node` belongs, with the boards of the first
     /// incarnation of every part.
     ///
-    /// Events and ballast are created only if the scenario uses them, because each service takes time and memory.
+    /// Events, ballast and the service for notes are created only if the scenario uses them, because each service takes time
+    /// and memory.
     /// The journal keeps `journal_depth` ticks for a recorder that lags behind.
     pub fn create(
         node: &Node<ipc::Service>,
@@ -164,6 +179,7 @@ impl Services {
             boards: BTreeMap::new(),
             journal: journal::create(node, journal_depth)?,
             links: links(uavs).create(node)?,
+            notes: has_notes(scenario).then(|| notes(uavs).create(node)).transpose()?,
             events: [world_events().create(node)?, launcher_events().create(node)?],
             roster: roster().create(node)?,
             formation_error: formation_error().create(node)?,

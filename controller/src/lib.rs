@@ -16,8 +16,8 @@ pub use ringwing_agent::{
     pilot::{EstimatedLeader, Membership, PeerTrack, RingNeighbour, Situation, SlotMotion},
 };
 pub use ringwing_flight::{
-    Aircraft, FlightMode, FormationFrame, Pose, Sensed, SensedAircraft, SensedObstacle, Tick, UavId,
-    direction, wrap,
+    Aircraft, FlightMode, FormationFrame, MAX_NOTE_NAME, MAX_NOTES, NoteRefusal, Notes, Pose, Sensed,
+    SensedAircraft, SensedObstacle, Tick, UavId, direction, wrap,
 };
 pub use ringwing_scenario::Scenario;
 use std::{

@@ -46,11 +46,14 @@ class Paper(ringwing.Controller):
         # f_v of Eq. (5), less f_i of Eq. (4), plus f_obs of Eq. (13).
         speed_force = direction(s.leader.heading_rad) * s.leader.track.speed_m_s
         repulsion = sum((self.repulsion(obstacle, own) for obstacle in s.obstacles), 0j)
-        force = speed_force - self.formation_force(s, own) + repulsion
+        formation_force = self.formation_force(s, own)
+        force = speed_force - formation_force + repulsion
         # Eq. (6): the part along the heading is the speed, the part across it the turn rate. ringwing cuts both, Eq. (11).
         along = direction(s.heading_rad)
         across = complex(-along.imag, along.real)
-        return ringwing.Wish(dot(along, force), self.heading_gain * dot(across, force))
+        # The log of the built-in law has its forces. A law of one's own notes what its log is to have.
+        notes = {"formation_force_m": length(formation_force)}
+        return ringwing.Wish(dot(along, force), self.heading_gain * dot(across, force), notes)
 
     def formation_force(self, s: ringwing.Situation, own: Vector) -> Vector:
         """f_i of Eq. (4): towards the right distances from both neighbours and from the centre, and towards the slot."""

@@ -47,8 +47,9 @@ pub use pace::{Pace, real_time_factor};
 pub use path::{LeaderPath, PathMotion, TrackPoint, Turn, WaypointError};
 pub use payload::{
     Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FailsafePath, FlightMode,
-    FormationError, JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, LoiterRates, Payload,
-    Roster, Rumour, Sensed, SensedAircraft, SensedObstacle, TickTiming, Traffic, UavState,
+    FormationError, JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, LoiterRates,
+    MAX_NOTE_NAME, MAX_NOTES, NoteRefusal, Notes, Payload, Roster, Rumour, Sensed, SensedAircraft,
+    SensedObstacle, TickTiming, Traffic, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};

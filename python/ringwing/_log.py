@@ -169,6 +169,11 @@ class Log:
         reason = "holds lists of messages, which have no columns" if name in self.topics else "is not in the log"
         raise KeyError(f"log {self.path}: topic {name} {reason}; the topics are {', '.join(self.topics)}")
 
+    @cached_property
+    def _notes(self) -> dict[str, Table]:
+        """The notes of each UAV that has any, by topic."""
+        return {topic: self._timed(of_raw(columns)) for topic, columns in self._native.notes().items()}
+
     def _timed(self, columns: Mapping[str, NDArray[Any]]) -> Table:
         rest = {name: column for name, column in columns.items() if name != "tick"}
         tick = columns["tick"]
@@ -210,11 +215,21 @@ class Uav:
         ``leader_age_s``. The ages are NaN before the first data arrived."""
         return self.control.select("tick", "time_s", "previous_age_s", "next_age_s", "leader_age_s")
 
+    @property
+    def notes(self) -> Table:
+        """What the UAV's controller noted, in every tick with notes: ``tick``, ``time_s``, and a column for each name, in the order in which
+        the names first came. A column is NaN where its name was not noted. Without notes, the table has no rows."""
+        empty = Table({"tick": np.empty(0, dtype=np.int64), "time_s": np.empty(0)})
+        return self._log._notes.get(self._topic("notes"), empty)
+
     def _table(self, kind: str) -> Table:
+        # Read the tables of all UAVs in one pass over the file: a pass for one UAV takes as long.
+        return self._log._topic(self._topic(kind), "/uav/", f"/{kind}")
+
+    def _topic(self, kind: str) -> str:
         # ringwing writes the number with at least three digits, so that topics sort by number.
         width = max(3, len(str(len(self._log.uavs))))
-        # Read the tables of all UAVs in one pass over the file: a pass for one UAV takes as long.
-        return self._log._topic(f"/uav/{self.number:0{width}}/{kind}", "/uav/", f"/{kind}")
+        return f"/uav/{self.number:0{width}}/{kind}"
 
     def __repr__(self) -> str:
         return f"<Uav {self.number} of {self._log.path}>"

@@ -57,6 +57,10 @@ class NativeLog:
     def tables(self, before: str, after: str) -> dict[str, RawColumns]:
         """The columns of all topics that begin with ``before`` and end with ``after``."""
 
+    def notes(self) -> dict[str, RawColumns]:
+        """The columns of the notes of each UAV that has any, by topic: ``tick``, and one for each name, in the order in which the names
+        first came."""
+
 class Options(TypedDict):
     """How to fly a sweep; ``ringwing.sweep`` explains each option."""
 
@@ -72,9 +76,18 @@ class Options(TypedDict):
 
 class Wish:
     """What a controller wants its UAV to fly until the next tick. ringwing cuts it to what the airframe can do. If a number is not finite,
-    ringwing sends no command to the airframe."""
+    ringwing sends no command to the airframe.
 
-    def __new__(cls, speed_m_s: float, turn_rate_rad_s: float) -> Wish: ...
+    ``notes`` are numbers with names for the log, such as ``{"slot_error_m": 1.5}``; ``Log.uav(3).notes`` reads them again. They never change
+    the flight. A name has 1 to 32 letters, digits and underscores of ASCII, begins with a letter, and is not ``tick``, ``time_s`` or
+    ``uav``. A tick has at most 16 notes. A value may be NaN or infinite.
+
+    Raises:
+        ValueError: A note has another name, or there are more of them. The message says which one.
+        TypeError: A value is no number.
+    """
+
+    def __new__(cls, speed_m_s: float, turn_rate_rad_s: float, notes: dict[str, float] | None = None) -> Wish: ...
     @property
     def speed_m_s(self) -> float:
         """The speed along the heading."""
@@ -82,6 +95,10 @@ class Wish:
     @property
     def turn_rate_rad_s(self) -> float:
         """The turn rate, counterclockwise."""
+
+    @property
+    def notes(self) -> dict[str, float]:
+        """A copy of the notes."""
 
 def direction(heading_rad: float) -> tuple[float, float]:
     """Cosine and sine of a heading, with the same bits on every machine.

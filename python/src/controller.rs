@@ -4,8 +4,9 @@
 
 use crate::{error::AgentError, situation::Situation};
 use pyo3::{
-    exceptions::{PySystemExit, PyTypeError},
+    exceptions::{PySystemExit, PyTypeError, PyValueError},
     prelude::*,
+    types::PyDict,
 };
 use ringwing_controller::{Controller, RunError, Scenario, UavId, run};
 use std::{
@@ -15,22 +16,50 @@ use std::{
 };
 
 /// What a controller wants its UAV to fly.
-#[pyclass(frozen, get_all, module = "ringwing")]
+#[pyclass(frozen, module = "ringwing")]
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Wish {
-    speed_m_s: f64,
-    turn_rate_rad_s: f64,
-}
+pub(crate) struct Wish(ringwing_controller::Wish);
 
 #[pymethods]
 impl Wish {
     #[new]
-    fn new(speed_m_s: f64, turn_rate_rad_s: f64) -> Self {
-        Self { speed_m_s, turn_rate_rad_s }
+    #[pyo3(signature = (speed_m_s, turn_rate_rad_s, notes=None))]
+    fn new(speed_m_s: f64, turn_rate_rad_s: f64, notes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut wish = ringwing_controller::Wish::new(speed_m_s, turn_rate_rad_s);
+        for (name, value) in notes.into_iter().flatten() {
+            let name: String = name.extract()?;
+            let value = value
+                .extract()
+                .map_err(|_| PyTypeError::new_err(format!("note {name:?} is no number: {value}")))?;
+            // Raised here, where the note is made: what is refused later is only a warning after the flight.
+            wish.notes
+                .set(&name, value)
+                .map_err(|why| PyValueError::new_err(format!("note {name:?} cannot be recorded: {why}")))?;
+        }
+        Ok(Self(wish))
     }
 
-    fn __repr__(&self) -> String {
-        format!("Wish({}, {})", self.speed_m_s, self.turn_rate_rad_s)
+    #[getter]
+    fn speed_m_s(&self) -> f64 {
+        self.0.speed_m_s
+    }
+
+    #[getter]
+    fn turn_rate_rad_s(&self) -> f64 {
+        self.0.turn_rate_rad_s
+    }
+
+    #[getter]
+    fn notes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let notes = PyDict::new(py);
+        self.0.notes.iter().try_for_each(|(name, value)| notes.set_item(name, value))?;
+        Ok(notes)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let notes = self.notes(py)?;
+        let shown = if notes.is_empty() { String::new() } else { format!(", {}", notes.repr()?) };
+        Ok(format!("Wish({}, {}{shown})", self.0.speed_m_s, self.0.turn_rate_rad_s))
     }
 }
 
@@ -42,8 +71,9 @@ pub(crate) fn direction(heading_rad: f64) -> (f64, f64) {
 }
 
 /// The wish of a controller that has failed. It is withheld, and the flight ends before anybody misses it.
-const NO_WISH: ringwing_controller::Wish =
-    ringwing_controller::Wish { speed_m_s: f64::NAN, turn_rate_rad_s: f64::NAN };
+fn no_wish() -> ringwing_controller::Wish {
+    ringwing_controller::Wish::new(f64::NAN, f64::NAN)
+}
 
 /// The controller of one UAV, an object with the method `step`.
 pub(crate) struct PythonController {
@@ -121,7 +151,7 @@ struct Unmade;
 
 impl Controller for Unmade {
     fn step(&mut self, _: &ringwing_controller::Situation<'_>) -> ringwing_controller::Wish {
-        NO_WISH
+        no_wish()
     }
 }
 
@@ -129,15 +159,13 @@ impl Controller for PythonController {
     fn step(&mut self, situation: &ringwing_controller::Situation<'_>) -> ringwing_controller::Wish {
         let told = Situation::new(situation);
         Python::attach(|py| match self.ask(py, told) {
-            Ok(Wish { speed_m_s, turn_rate_rad_s }) => {
-                ringwing_controller::Wish::new(speed_m_s, turn_rate_rad_s)
-            }
+            Ok(Wish(wish)) => wish,
             Err(failure) => {
                 match &self.on_failure {
                     OnFailure::Exit => exit_with(py, &failure),
                     OnFailure::Keep(first) => first.keep(failure),
                 }
-                NO_WISH
+                no_wish()
             }
         })
     }

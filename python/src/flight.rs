@@ -32,8 +32,7 @@ struct Order {
 /// What makes a controller in Python, with its name and the UAV that it flies; without a UAV, it flies all.
 type ControllerOrder = (Option<u32>, String, Py<PyAny>);
 
-/// A flight that is over: its folder, unless nothing was recorded; its summary as JSON; and what the scenario's reader warns
-/// of.
+/// A flight that is over: its folder, unless nothing was recorded; its summary as JSON; and what the user has to be warned of.
 type Flown = (Option<PathBuf>, String, Vec<String>);
 
 /// Flies `scenario` with the keys of `set` replaced and `faults` added, and with `controllers` for some UAVs. Writes the
@@ -66,6 +65,8 @@ impl Order {
         let raised = fly_to_end(&mut flight, &failure);
         let flight_time = takeoff.elapsed();
         let RecordedEnd { world, recorder, failures, ticks } = flight.finish();
+        let mut warnings: Vec<String> = reading.warnings().iter().map(ToString::to_string).collect();
+        warnings.extend(recorder.refused_notes);
         let found = RunFindings {
             world: world.as_ref(),
             flight: Some(recorder.summary),
@@ -85,7 +86,7 @@ impl Order {
         // Only now: an interrupted flight leaves a whole folder, as with the command.
         match raised {
             Some(error) => Err(error.into()),
-            None => Ok((folder, summary, reading.warnings().iter().map(ToString::to_string).collect())),
+            None => Ok((folder, summary, warnings)),
         }
     }
 

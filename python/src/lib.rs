@@ -10,6 +10,7 @@ mod flight;
 mod interrupt;
 mod log;
 mod message_shape;
+mod notes;
 mod situation;
 mod sweep;
 mod tables;

@@ -2,7 +2,7 @@
 //!
 //! Never reads a log in another way than `ringwing review`, so that both say the same of a damaged one.
 
-use crate::{error::Failure, tables};
+use crate::{error::Failure, notes, tables};
 use pyo3::prelude::*;
 use ringwing_recorder::log::{
     meter::Measured,
@@ -114,5 +114,11 @@ impl NativeLog {
         let wanted = |topic: &str| topic.starts_with(before) && topic.ends_with(after);
         let tables = py.detach(|| self.with_reader(|reader| tables::read(reader, wanted)));
         tables.into_iter().map(|(topic, columns)| Ok((topic, columns.into_python(py)?))).collect()
+    }
+
+    /// The columns of the notes of each UAV that has any, by topic.
+    fn notes(&self, py: Python<'_>) -> Tables {
+        let notes = py.detach(|| self.with_reader(notes::read));
+        notes.into_iter().map(|(topic, columns)| (topic, columns.into_python(py))).collect()
     }
 }

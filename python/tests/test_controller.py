@@ -179,3 +179,51 @@ def test_a_controller_is_killed_frozen_and_started_again_many_times(command: str
     assert errors.count("uav 3 is started") == 10 and errors.count("uav 4 is thawed") == 10, errors
     left = subprocess.run(["pgrep", "-f", str(script)], capture_output=True)
     assert left.stdout == b""
+
+
+def test_notes_that_the_log_cannot_have_are_an_error_where_they_are_made() -> None:
+    wish = ringwing.Wish(15.0, 0.0, {"slot_error_m": 1.5, "gain": np.float64(2), "off": float("nan")})
+    assert list(wish.notes) == ["slot_error_m", "gain", "off"] and wish.notes["gain"] == 2.0
+    assert repr(ringwing.Wish(15.0, 0.0, notes={"n": 1})) == "Wish(15, 0, {'n': 1.0})"
+    assert ringwing.Wish(15.0, 0.0).notes == {}
+    for name in ["", "slot error", "1st", "tick", "uav", "time_s", "a" * 33]:
+        with pytest.raises(ValueError, match="cannot be recorded: a name has 1 to 32 letters"):
+            ringwing.Wish(15.0, 0.0, {name: 1.0})
+    with pytest.raises(ValueError, match='note "n16" cannot be recorded: .* at most 16 numbers'):
+        ringwing.Wish(15.0, 0.0, {f"n{number}": 0.0 for number in range(17)})
+    with pytest.raises(TypeError, match='note "mode" is no number: fast'):
+        ringwing.Wish(15.0, 0.0, {"mode": "fast"})  # type: ignore[dict-item]
+
+
+def test_processes_and_simulation_have_the_same_notes(command: str, tmp_path: Path) -> None:
+    faults = ["at 2 s restart uav 2 after 0.5 s", "at 3 s freeze uav 5 for 0.5 s"]
+    agent = f"2, 5={sys.executable} {PAPER}"
+    words = ["paper-4.1", "--duration", "5", "--agent", agent, *(word for one in faults for word in ("--fault", one))]
+    flown(command, tmp_path, *words)
+    Paper = paper()
+    run = ringwing.fly("paper-4.1", controllers={2: Paper, 5: Paper}, set={"time.duration_s": 5}, faults=faults, out=tmp_path)
+    processes = ringwing.Log(next(folder for folder in tmp_path.glob("paper-4.1-*") if folder != run.folder))
+    for uav in (2, 5):
+        notes = run.log.uav(uav).notes
+        assert notes.columns == ["tick", "time_s", "formation_force_m"] and notes.rows > 400
+        for column, values in notes.items():
+            assert np.array_equal(values, processes.uav(uav).notes[column], equal_nan=True), (uav, column)
+    without = run.log.uav(1).notes
+    assert (without.columns, without.rows) == (["tick", "time_s"], 0)
+
+
+def test_a_name_that_is_not_always_noted_is_nan_in_between(tmp_path: Path) -> None:
+    class Counting(Straight):
+        def step(self, situation: ringwing.Situation) -> ringwing.Wish:
+            notes = {"tick_squared": situation.tick**2} if situation.tick % 3 else {"third": 1.0, "inf": float("inf")}
+            return ringwing.Wish(situation.speed_m_s, 0.0, notes if situation.tick < 200 else None)
+
+    run = ringwing.fly("paper-4.1", controllers={4: Counting}, set=SHORT, out=tmp_path)
+    silent = ringwing.fly("paper-4.1", controllers={4: Straight}, set=SHORT, record=False)
+    assert run.payload_hash == silent.payload_hash
+    notes = run.log.uav(4).notes
+    assert notes.columns == ["tick", "time_s", "third", "inf", "tick_squared"]
+    tick = notes["tick"]
+    assert np.array_equal(tick, np.arange(200))
+    assert np.array_equal(notes["tick_squared"], np.where(tick % 3, tick**2, np.nan), equal_nan=True)
+    assert np.array_equal(notes["inf"], np.where(tick % 3, np.nan, np.inf), equal_nan=True)

@@ -23,10 +23,16 @@ def printed(script: str, folder: Path) -> str:
 
 
 def test_the_tutorial_about_a_law_of_ones_own_prints_what_it_says(tmp_path: Path) -> None:
-    mine, one_uav, delays = blocks("python")
+    mine, one_uav, noting, delays = blocks("python")
     (tmp_path / "mine.py").write_text(mine)
     passed, slot_error_m = printed(one_uav, tmp_path).split()
     assert passed == "True" and float(slot_error_m) < 1e-6
+    # The noting lines replace the last line of `step`.
+    without = mine[: mine.rindex("        return")]
+    (tmp_path / "noting.py").write_text(without + noting)
+    script = one_uav.replace("from mine", "from noting") + 'print(*run.log.uav(3).notes["angle_rad"].shape)'
+    assert printed(script, tmp_path).split()[:2] == [passed, slot_error_m]
+    assert int(printed(script, tmp_path).split()[2]) > 5000
     assert [printed(delays, tmp_path)] == blocks("text")
 
 

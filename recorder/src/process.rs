@@ -7,6 +7,7 @@ mod assembly;
 mod observation;
 mod ports;
 pub(crate) mod recording;
+mod refused_notes;
 
 use crate::{RecorderError, RecorderReport, clock::Clock, log::Opening, metrics::Frame};
 use assembly::{Assembled, Assembly};
@@ -54,7 +55,7 @@ pub fn run(args: &RecorderArgs) -> Result<(), RecorderError> {
     let (timing, started_at) = (!args.no_timing, args.started_at.as_deref());
     let opening = Opening { scenario, text: &text, timing, started_at };
     // Subscribe first: the flight may go on while a log is taken over.
-    let ports = FlightPorts::of_recorder(member.node(), scenario.formation.uavs, timing)?;
+    let ports = FlightPorts::of_recorder(member.node(), scenario, timing)?;
     let progress = ProgressPort::open(&member)?;
     let gate = member.domain().gate()?;
     let begun = has_begun(&gate);

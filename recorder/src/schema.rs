@@ -15,7 +15,7 @@ pub(crate) use event::{EventWriter, log_line};
 pub use run::{Faults, LinkCounts, Timing, TimingPercentiles};
 pub(crate) use swarm::rounded;
 pub use swarm::{SwarmMetrics, SwarmState, SwarmUav};
-pub use uav::{UavControl, UavState};
+pub use uav::{Note, UavControl, UavNotes, UavState};
 
 #[cfg(test)]
 mod tests {
@@ -46,6 +46,7 @@ mod tests {
         let outlines = [
             outline::<UavState>(),
             outline::<UavControl>(),
+            outline::<UavNotes>(),
             outline::<Timing>(),
             outline::<TimingPercentiles>(),
             outline::<Faults>(),

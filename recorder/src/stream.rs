@@ -7,12 +7,12 @@ pub(crate) mod channels;
 use crate::{
     clock::Clock,
     metrics::{Frame, UavFrame},
-    schema::{EventWriter, LinkCounts, Timing, UavControl, UavState, log_line},
+    schema::{EventWriter, LinkCounts, Timing, UavControl, UavNotes, UavState, log_line},
     show::view::TickView,
 };
 use channels::{Channels, UavChannels};
 use foxglove::{Encode, Schema, messages::Log};
-use ringwing_flight::{Level, TickTiming, TimedEvent};
+use ringwing_flight::{Level, Notes, TickTiming, TimedEvent};
 use ringwing_scenario::Scenario;
 use std::collections::BTreeMap;
 
@@ -94,7 +94,11 @@ impl MessageStream {
             self.write_some(sink, channel, tick, view.timing.as_ref())?;
         }
         // `/uav/...` sorts after all other topics.
-        (1..).zip(&frame.uavs).try_for_each(|(number, uav)| self.write_uav(sink, tick, number, uav))
+        let mut notes = frame.notes.iter().peekable();
+        (1..).zip(&frame.uavs).try_for_each(|(number, uav)| {
+            let notes = notes.next_if(|notes| notes.uav.0 == number);
+            self.write_uav(sink, tick, number, uav, notes)
+        })
     }
 
     /// Hands events to `sink` that came after the last frame, the frame of `tick`.
@@ -145,10 +149,16 @@ impl MessageStream {
         tick: i64,
         number: u32,
         uav: &UavFrame,
+        notes: Option<&Notes>,
     ) -> Result<(), S::Error> {
         let UavChannels { control, state } = self.channels.uavs[number as usize - 1];
         if let Some(terms) = &uav.control {
             self.write(sink, control, tick, &UavControl::of(tick, number, terms))?;
+        }
+        // Between control and state, as the topics sort.
+        if let Some(notes) = notes.filter(|notes| notes.iter().next().is_some()) {
+            let channel = self.channels.notes_of(sink, notes.uav)?;
+            self.write(sink, channel, tick, &UavNotes::of(notes))?;
         }
         if let Some(truth) = &uav.state {
             self.write(sink, state, tick, &UavState::of(tick, truth))?;

@@ -89,6 +89,7 @@ impl Frames {
         }
         self.samples.leader = simulation.led().copied();
         self.samples.links.extend_from_slice(simulation.links());
+        self.samples.notes.extend_from_slice(simulation.notes());
     }
 }
 

@@ -7,7 +7,7 @@ use ringwing_agent::{
     Answer, UavAgent,
     controller::{Controller, Guest},
 };
-use ringwing_flight::{LinkCounts, Tick, UavId};
+use ringwing_flight::{LinkCounts, Notes, Tick, UavId};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 use std::convert::Infallible;
 
@@ -27,7 +27,7 @@ impl SeatAgent {
     pub(crate) fn new(scenario: &Scenario, uav: UavId, controller: Option<Box<dyn Controller>>) -> Self {
         match controller {
             None => Self::BuiltIn(UavAgent::new(scenario, uav)),
-            Some(controller) => Self::Own(UavAgent::steered_by(Guest(controller), scenario, uav)),
+            Some(controller) => Self::Own(UavAgent::steered_by(Guest::new(controller), scenario, uav)),
         }
     }
 
@@ -61,6 +61,13 @@ impl SeatAgent {
         match self {
             Self::BuiltIn(agent) => agent.fly(now),
             Self::Own(agent) => agent.fly(now),
+        }
+    }
+
+    pub(crate) fn notes(&self, now: Tick) -> Option<&Notes> {
+        match self {
+            Self::BuiltIn(agent) => agent.notes(now),
+            Self::Own(agent) => agent.notes(now),
         }
     }
 

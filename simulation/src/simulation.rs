@@ -7,8 +7,8 @@ use crate::{
     seat_agent::{MakeController, SeatAgent},
 };
 use ringwing_flight::{
-    Account, Event, LeaderState, LinkCounts, Part, ProcessAction, ProcessState, Reporter, Sensed, Tick,
-    TimedEvent, UavId, WorldReport,
+    Account, Event, LeaderState, LinkCounts, Notes, Part, ProcessAction, ProcessState, Reporter, Sensed,
+    Tick, TimedEvent, UavId, WorldReport,
 };
 use ringwing_leader::Path;
 use ringwing_scenario::{
@@ -59,6 +59,8 @@ pub struct Simulation {
     /// The velocity of the air at each UAV in the tick flown last.
     winds_m_s: Vec<[f64; 2]>,
     links: Vec<LinkCounts>,
+    /// What controllers noted in the tick flown last.
+    notes: Vec<Notes>,
     /// What happened in the last step.
     events: Vec<TimedEvent>,
     /// What was applied by hand since.
@@ -99,6 +101,7 @@ impl Simulation {
             sensed: vec![None; uavs as usize],
             winds_m_s: vec![[0.0; 2]; uavs as usize],
             links: Vec::new(),
+            notes: Vec::new(),
             events: Vec::new(),
             pending: Vec::new(),
             scenario: scenario.clone(),
@@ -177,6 +180,11 @@ impl Simulation {
     /// What became of the samples on links with faults, as reported in the tick flown last.
     pub fn links(&self) -> &[LinkCounts] {
         &self.links
+    }
+
+    /// What controllers noted in the tick flown last, of each UAV with any notes.
+    pub fn notes(&self) -> &[Notes] {
+        &self.notes
     }
 
     /// What happened in the last step. First what was [applied](Self::apply) before it; then, of the tick after the one
@@ -323,6 +331,7 @@ impl Simulation {
     fn answer_all(&mut self, now: Tick) {
         // Cleared here and not in `answer`: an agent that is thawed later in the step adds to the same tick.
         self.links.clear();
+        self.notes.clear();
         self.accounts.fill(None);
         for uav in UavId::all(self.seats.len() as u32) {
             self.answer(uav, now);
@@ -331,7 +340,7 @@ impl Simulation {
 
     /// Lets the agent of `uav` answer `tick`, if it runs and has not answered it yet.
     fn answer(&mut self, uav: UavId, tick: Tick) {
-        let Self { seats, air, links, .. } = self;
+        let Self { seats, air, links, notes, .. } = self;
         let seat = &mut seats[uav.index()];
         if seat.state != ProcessState::Running || seat.answered >= tick {
             return;
@@ -341,6 +350,7 @@ impl Simulation {
         let Ok(()) = seat.agent.receive(tick, &mut inputs);
         links.extend(seat.agent.link_counts(tick));
         let answer = seat.agent.fly(tick);
+        notes.extend(seat.agent.notes(tick));
         let Ok(()) = seat.agent.update_inputs(&mut inputs);
         if let Some(state) = answer.state {
             // The others use it from the next tick on, so it does not matter in which order the agents answer.

@@ -5,6 +5,7 @@
 mod support;
 
 mod airframes;
+mod controllers;
 mod dead_reckoning;
 mod force_limit;
 mod paper;

@@ -21,6 +21,13 @@ RingwingWish step(void *user, const RingwingSituation *situation) {
       std::exit(7);
     if (how == "nan")
       return {NAN, 0.0};
+    if (how == "notes-wrongly") {
+      // One name that is none in the first of these ticks, and one note too many in the others.
+      if (situation->time_s < 1.005)
+        ringwing_note("not a name", 1.0);
+      for (int i = 0; i < 17; ++i)
+        ringwing_note(("n" + std::to_string(i)).c_str(), i);
+    }
   }
   return {situation->sensed.speed_m_s, 0.0};
 }

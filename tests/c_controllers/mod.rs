@@ -111,6 +111,14 @@ fn a_controller_in_cpp_flies_as_the_same_law_in_rust_and_its_flight_repeats_to_t
         let apart_m = (in_cpp.x_m - in_rust.x_m).hypot(in_cpp.y_m - in_rust.y_m);
         // A compiler may round differently, and the law brings the difference down again.
         assert!(apart_m < 1e-6, "uav {uav}: {in_cpp:?} {in_rust:?}");
+        let [in_cpp, in_rust] = logs.each_ref().map(|log| log.notes(uav));
+        assert_eq!(in_cpp.len(), in_rust.len());
+        let [first_in_cpp, first_in_rust] = [&in_cpp[1].notes[0], &in_rust[1].notes[0]];
+        assert_eq!(first_in_cpp.name, first_in_rust.name);
+        assert!(
+            (first_in_cpp.value - first_in_rust.value).abs() < 1e-6,
+            "{first_in_cpp:?} {first_in_rust:?}"
+        );
     }
 }
 
@@ -135,7 +143,7 @@ fn controllers_in_cpp_survive_the_loss_of_a_uav_and_being_killed_and_started_aga
 #[test]
 fn each_broken_controller_in_cpp_is_named_and_the_others_fly_on() {
     let Some(program) = broken_in_cpp() else { return };
-    let ways = ["throws", "throws-through", "sleeps", "exits", "nan"];
+    let ways = ["throws", "throws-through", "sleeps", "exits", "nan", "notes-wrongly"];
     let mut run = Swarm::fly("paper-4.1")
         .with("--duration 10 --set failsafe=hold --set supervision.answer_timeout_s=1");
     for (uav, way) in (1..).zip(ways) {
@@ -150,12 +158,16 @@ fn each_broken_controller_in_cpp_is_named_and_the_others_fly_on() {
         "process.silent: uav 3",
         "process.lost: uav 4",
         "controller.not_finite: uav 5",
+        "controller.note: the note \"not a name\" of uav 6",
+        "controller.note: the note \"n16\" of uav 6",
     ] {
         assert!(lines.iter().any(|line| line.starts_with(event)), "no {event:?} in {lines:#?}");
     }
     assert!(output(&run, 1).contains("out of ideas"), "{}", output(&run, 1));
     assert!(output(&run, 2).contains("foreign exception"), "{}", output(&run, 2));
     assert_eq!(run.log().states(6).last().unwrap().mode, "commanded");
+    assert!(run.stderr.contains("warning: the note \"n16\" of uav 6 is not recorded"), "{}", run.stderr);
+    assert!(run.log().notes(6).iter().all(|notes| notes.notes.len() == 16), "the others are recorded");
 }
 
 /// The example of the manual's page, so that what it shows compiles and flies.

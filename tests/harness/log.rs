@@ -1,6 +1,6 @@
 //! Reads a log as any other program can: with the `mcap` crate and the names of the recorded fields only.
 
-use ringwing_recorder::schema::{Faults, LinkCounts, UavControl, UavState};
+use ringwing_recorder::schema::{Faults, LinkCounts, UavControl, UavNotes, UavState};
 use std::{collections::BTreeMap, fs, path::Path};
 
 /// The messages of a log, topic by topic.
@@ -36,6 +36,11 @@ impl Log {
     /// Every command of UAV `uav`, with the terms of the law.
     pub fn controls(&self, uav: u32) -> Vec<UavControl> {
         self.decoded(&format!("/uav/{uav:03}/control"))
+    }
+
+    /// Everything that the controller of UAV `uav` noted.
+    pub fn notes(&self, uav: u32) -> Vec<UavNotes> {
+        self.decoded(&format!("/uav/{uav:03}/notes"))
     }
 
     /// Counts of the samples on links with faults: delivered, lost, and so on.

@@ -23,7 +23,7 @@ const UNITS: [(&str, &str); 9] = [
 #[test]
 fn the_manual_names_every_topic_of_the_log() {
     let page = fs::read_to_string(root().join("docs/src/log.md")).unwrap();
-    let of_uavs = [UavTopic::Control, UavTopic::State].map(|topic| topic.name(1, 6));
+    let of_uavs = [UavTopic::Control, UavTopic::Notes, UavTopic::State].map(|topic| topic.name(1, 6));
     for topic in topics::ALL.into_iter().chain(of_uavs.iter().map(String::as_str)) {
         assert!(page.contains(&format!("`{topic}`")), "{topic} is not in docs/src/log.md");
     }

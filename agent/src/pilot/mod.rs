@@ -37,7 +37,7 @@ use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
 use own_flight::OwnFlight;
 use ringwing_flight::{
-    Account, Command, FormationFrame, LeaderState, Pose, Sensed, SensedObstacle, Tick, Traffic, UavId,
+    Account, Command, FormationFrame, LeaderState, Notes, Pose, Sensed, SensedObstacle, Tick, Traffic, UavId,
     UavState, direction,
 };
 use ringwing_scenario::{DeadReckoning, Scenario};
@@ -151,6 +151,11 @@ impl<S: Steer> Pilot<S> {
     /// The UAVs to listen to from the next tick on.
     pub fn listened(&self) -> &[UavId] {
         self.knowledge.neighbours.listened()
+    }
+
+    /// What its controller has noted for the log in `now`, also if what it wished cannot be flown.
+    pub fn notes(&self, now: Tick) -> Option<&Notes> {
+        self.steering.notes(now)
     }
 
     /// Decides for `now`.

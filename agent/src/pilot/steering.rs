@@ -5,7 +5,7 @@
 use super::{forecast::LawForecast, situation::Situation};
 use crate::law::ControlInput;
 use nalgebra::Vector2;
-use ringwing_flight::{Account, Pose, SensedObstacle, direction};
+use ringwing_flight::{Account, Notes, Pose, SensedObstacle, Tick, direction};
 
 /// Decides, once a tick, how a UAV flies: the built-in law, or a user's controller.
 ///
@@ -19,6 +19,11 @@ pub trait Steer {
 
     /// Decides for one tick; `None` if what was decided is not a finite number.
     fn steer(&mut self, situation: &Situation<'_>) -> Option<Steered>;
+
+    /// What it has noted for the log in `now`. The built-in law notes nothing, because the account has all its terms.
+    fn notes(&self, _now: Tick) -> Option<&Notes> {
+        None
+    }
 }
 
 /// What was decided in one tick.

@@ -62,7 +62,7 @@ pub fn run_controller<C: Controller>(
     args: &AgentArgs,
     make: impl FnOnce(&Start<'_>) -> C,
 ) -> Result<(), AgentError> {
-    fly(args, |start| Guest(make(start)))
+    fly(args, |start| Guest::new(make(start)))
 }
 
 fn fly<S: Steer>(args: &AgentArgs, steering: impl FnOnce(&Start<'_>) -> S) -> Result<(), AgentError> {
@@ -86,6 +86,9 @@ fn fly<S: Steer>(args: &AgentArgs, steering: impl FnOnce(&Start<'_>) -> S) -> Re
         faults.delay_answer(tick);
         ports.send_link_counts(&agent.link_counts(tick))?;
         let answer = agent.fly(tick);
+        if let Some(notes) = agent.notes(tick) {
+            ports.send_notes(notes, answerer.gate())?;
+        }
         // Before the answer, which may end the tick: what the others send in the next one must find the inputs open.
         ports.update_inputs(&mut agent)?;
         ports.send(&answer, answerer.gate(), tick, woke_ns, read_ns)?;

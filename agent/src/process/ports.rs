@@ -12,9 +12,13 @@ use ringwing_bus::{
     Ballast, BoardReader, BoardWriter, BusError, Gate, Member, Publisher, Stamps, monotonic_ns, services,
 };
 use ringwing_flight::{
-    Account, Command, LeaderState, LinkCounts, Pace, Sensed, Tick, Traffic, UavId, UavState,
+    Account, Command, LeaderState, LinkCounts, Notes, Pace, Sensed, Tick, Traffic, UavId, UavState,
 };
-use std::{hint::black_box, ops::RangeInclusive};
+use std::{
+    hint::black_box,
+    io::{Write, stderr},
+    ops::RangeInclusive,
+};
 
 /// An agent's ends of the services.
 pub(super) struct AgentPorts<'m> {
@@ -25,11 +29,21 @@ pub(super) struct AgentPorts<'m> {
     account: BoardWriter<Account>,
     /// Opened for the first counts: most runs have no link faults.
     link_counts: Option<Publisher<LinkCounts>>,
+    notes: NotesPort,
     /// Bytes that benchmarks carry besides the messages.
     ballast: Option<Ballast>,
     uavs: u32,
     /// How long it took to send the last answer.
     sending_ns: u64,
+}
+
+/// Where notes for the log go.
+enum NotesPort {
+    /// Opened for the first notes: most controllers make none.
+    Closed,
+    Open(Publisher<Notes>),
+    /// The run has no service for them.
+    Missing,
 }
 
 /// The receiving ends.
@@ -63,6 +77,7 @@ impl<'m> AgentPorts<'m> {
             account: command.beside(&services::account(uav, pace))?,
             command,
             link_counts: None,
+            notes: NotesPort::Closed,
             ballast: (ballast_bytes > 0).then(ballast).transpose()?,
             uavs,
             sending_ns: 0,
@@ -117,6 +132,35 @@ impl<'m> AgentPorts<'m> {
         self.command.post(now, answer.command, stamps);
         self.sending_ns = monotonic_ns() - sent_ns;
         Ok(())
+    }
+
+    /// Sends what the controller has noted, if somebody records.
+    ///
+    /// To be called before the answer: whatever belongs to a tick in the log is sent before the tick can end.
+    pub(super) fn send_notes(&mut self, notes: &Notes, gate: &Gate) -> Result<(), BusError> {
+        if !gate.records() {
+            return Ok(());
+        }
+        if let NotesPort::Closed = self.notes {
+            self.notes = self.open_notes()?;
+        }
+        match &self.notes {
+            NotesPort::Open(port) => port.send(*notes, Stamps::now()),
+            NotesPort::Closed | NotesPort::Missing => Ok(()),
+        }
+    }
+
+    fn open_notes(&self) -> Result<NotesPort, BusError> {
+        if services::has_notes(self.member.scenario()) {
+            return Ok(NotesPort::Open(services::notes(self.uavs).publisher(self.member.node())?));
+        }
+        // Only a program that was started by hand in the place of the built-in agent comes here. Nobody may read the message.
+        let _ = writeln!(
+            stderr(),
+            "warning: the notes of this controller are not recorded: name its program with --agent or [[agents]] when the \
+             run starts"
+        );
+        Ok(NotesPort::Missing)
     }
 
     /// Sends the counts of links with faults.

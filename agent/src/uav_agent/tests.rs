@@ -250,7 +250,7 @@ impl Controller for &mut Counting {
 /// What UAV 1 answers in tick 1 while a controller wishes for `speed_m_s` and `turn_rate_rad_s`.
 fn answer_of_controller(speed_m_s: f64, turn_rate_rad_s: f64) -> Answer {
     let mut controller = Counting { wish: Wish::new(speed_m_s, turn_rate_rad_s), steps: 0 };
-    let mut agent = UavAgent::steered_by(Guest(&mut controller), &Scenario::default(), UavId(1));
+    let mut agent = UavAgent::steered_by(Guest::new(&mut controller), &Scenario::default(), UavId(1));
     // What the leader sends in tick 0 can be used in tick 1.
     let mut lists = Lists { sensed: vec![senses(0)], leader: vec![leader_state(0)], ..Lists::default() };
     let Ok(()) = agent.receive(Tick(0), &mut lists);
@@ -291,4 +291,39 @@ fn a_wish_that_is_not_a_finite_number_is_withheld() {
         assert!(answer.command.is_not_finite() && answer.command.speed_m_s == 0.0, "{answer:?}");
         assert_eq!((answer.state, answer.account), (None, None));
     }
+}
+
+/// Notes how often it was asked, and wishes for nothing that can be flown.
+#[derive(Clone, Default)]
+struct Noting(f64);
+
+impl Controller for Noting {
+    fn step(&mut self, _: &Situation<'_>) -> Wish {
+        self.0 += 1.0;
+        Wish::new(f64::NAN, 0.0).with_note("steps", self.0).with_note("no name", 0.0)
+    }
+}
+
+#[test]
+fn notes_belong_to_the_tick_in_which_they_were_made_and_come_without_a_command_too() {
+    let mut agent = UavAgent::steered_by(Guest::new(Noting::default()), &Scenario::default(), UavId(4));
+    let mut lists = Lists { sensed: vec![Sensed { uav: UavId(4), ..senses(0) }], ..Lists::default() };
+    let noted = |agent: &UavAgent<Guest<Noting>>, tick| {
+        let notes = agent.notes(Tick(tick))?;
+        assert_eq!((notes.tick, notes.uav), (Tick(tick), UavId(4)));
+        Some(notes.iter().map(|(name, value)| (name.to_owned(), value)).collect::<Vec<_>>())
+    };
+    assert_eq!(noted(&agent, 0), None);
+    let Ok(()) = agent.receive(Tick(0), &mut lists);
+    assert!(agent.fly(Tick(0)).command.is_not_finite());
+    assert_eq!(noted(&agent, 0), Some(vec![("steps".into(), 1.0)]));
+    assert_eq!(agent.notes(Tick(0)).unwrap().refused().unwrap().0, "no name");
+    let mut rehearsal = agent.rehearsal();
+    rehearsal.fly(Tick(1));
+    assert!(rehearsal.notes(Tick(1)).is_none());
+    // Nothing is sensed for longer than the loss timeout, so the controller is not asked.
+    let late = Tick(1000);
+    let Ok(()) = agent.receive(late, &mut lists);
+    agent.fly(late);
+    assert_eq!(noted(&agent, 1000), None);
 }

@@ -261,6 +261,18 @@ int ringwing_controller_main(int argc,
 struct RingwingPose ringwing_track_after(struct RingwingTrack track,
                                          double seconds);
 
+/// Notes a number for the log under a name, such as `slot_error_m`. To be called by step, as often as there are numbers to note.
+///
+/// Returns whether the log gets the note, if the flight is recorded. A name has 1 to 32 letters, digits and underscores of ASCII,
+/// begins with a letter, and is not tick, `time_s` or uav; a tick has at most 16 notes. Any other note is left out, and the run warns
+/// of the first one. A second value under the same name replaces the first one. The value may be NaN or infinite. Notes never
+/// change the flight.
+///
+/// # Safety
+/// `name` is NULL, which is no name, or points to a text that ends with a zero.
+bool ringwing_note(const char *name,
+                   double value);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus

@@ -8,10 +8,23 @@ use crate::types::{
     RingwingTrack, RingwingVector, RingwingWish,
 };
 use ringwing_controller::{
-    Aircraft, Controller, EstimatedLeader, FlightMode, FormationFrame, Limits, Membership, PeerTrack, Point2,
-    Pose, RingNeighbour, Sensed, SensedAircraft, SensedObstacle, Situation, Start, Vector2, Wish,
+    Aircraft, Controller, EstimatedLeader, FlightMode, FormationFrame, Limits, Membership, Notes, PeerTrack,
+    Point2, Pose, RingNeighbour, Sensed, SensedAircraft, SensedObstacle, Situation, Start, Vector2, Wish,
 };
-use std::ffi::{CString, c_char, c_void};
+use std::{
+    cell::RefCell,
+    ffi::{CString, c_char, c_void},
+};
+
+thread_local! {
+    /// What the program notes during its `step`; `None` outside of it.
+    static NOTES: RefCell<Option<Notes>> = const { RefCell::new(None) };
+}
+
+/// Notes `value` for the log under `name`; returns whether the log gets it.
+pub(crate) fn note(name: &str, value: f64) -> bool {
+    NOTES.with_borrow_mut(|notes| notes.as_mut().is_some_and(|notes| notes.set(name, value).is_ok()))
+}
 
 /// The callback that decides, as the program has to have it.
 type Step = unsafe extern "C-unwind" fn(*mut c_void, *const RingwingSituation) -> RingwingWish;
@@ -76,13 +89,15 @@ impl Foreign {
 impl Controller for Foreign {
     fn step(&mut self, situation: &Situation<'_>) -> Wish {
         let told = self.translated(situation);
+        NOTES.set(Some(Notes::default()));
         #[expect(
             unsafe_code,
             reason = "whoever calls ringwing_controller_main promises that this can be called"
         )]
         // SAFETY: what `told` points to lives until the end of this function.
         let wish = unsafe { (self.step)(self.user, &raw const told) };
-        Wish::new(wish.speed_m_s, wish.turn_rate_rad_s)
+        let notes = NOTES.take().unwrap_or_default();
+        Wish { speed_m_s: wish.speed_m_s, turn_rate_rad_s: wish.turn_rate_rad_s, notes }
     }
 }
 

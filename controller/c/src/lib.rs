@@ -69,6 +69,27 @@ pub extern "C" fn ringwing_track_after(track: RingwingTrack, seconds: f64) -> Ri
     foreign::pose(&flown.after(seconds))
 }
 
+/// Notes a number for the log under a name, such as `slot_error_m`. To be called by step, as often as there are numbers to note.
+///
+/// Returns whether the log gets the note, if the flight is recorded. A name has 1 to 32 letters, digits and underscores of ASCII,
+/// begins with a letter, and is not tick, `time_s` or uav; a tick has at most 16 notes. Any other note is left out, and the run warns
+/// of the first one. A second value under the same name replaces the first one. The value may be NaN or infinite. Notes never
+/// change the flight.
+///
+/// # Safety
+/// `name` is NULL, which is no name, or points to a text that ends with a zero.
+#[expect(unsafe_code, reason = "the linker has to find the function by its name")]
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn ringwing_note(name: *const c_char, value: f64) -> bool {
+    if name.is_null() {
+        return foreign::note("", value);
+    }
+    #[expect(unsafe_code, reason = "only the caller knows what the pointer points to")]
+    // SAFETY: the caller promises a text.
+    let name = unsafe { CStr::from_ptr(name) };
+    foreign::note(&name.to_string_lossy(), value)
+}
+
 fn fly(
     arguments: &[OsString],
     argv: *mut *mut c_char,

@@ -52,6 +52,8 @@ RingwingWish step(void *user, const RingwingSituation *s) noexcept {
   const RingwingVector add = correction(*static_cast<Consensus *>(user), *s), slot = s->slot.velocity_m_s;
   // A UAV that is far ahead has to wait for its slot. A larger correction would turn it round.
   const double most_m_s = correction_share * std::hypot(slot.x, slot.y), length = std::hypot(add.x, add.y);
+  // The log then shows when the correction is cut.
+  ringwing_note("correction_m_s", length);
   const double share = length > most_m_s ? most_m_s / length : 1.0;
   const double x = slot.x + share * add.x, y = slot.y + share * add.y;
   const double angle_rad = std::remainder(std::atan2(y, x) - s->own.heading_rad, 2.0 * std::acos(-1.0));

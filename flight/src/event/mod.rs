@@ -3,9 +3,12 @@
 //! An event is data: who, who else, where, and which fault. It must never carry a sentence that another process has to
 //! parse. Code that acts on an event reads its fields; code that shows one calls [`Event::text`].
 
+mod reporter;
 mod text;
 
-use crate::{FlightMode, IntruderId, Part, Tick, UavId};
+pub use reporter::Reporter;
+
+use crate::{FlightMode, IntruderId, NoteRefusal, Part, Tick, UavId};
 use serde::{Deserialize, Serialize};
 
 /// How much an event matters, in the terms of log viewers.
@@ -136,6 +139,15 @@ pub enum Event {
     WishNotFinite {
         /// The UAV.
         uav: UavId,
+    },
+    /// The controller of a UAV made a note that cannot be recorded, for the first time in the flight for this reason.
+    NoteRefused {
+        /// The UAV.
+        uav: UavId,
+        /// The beginning of the note's name.
+        name: String,
+        /// Why the note cannot be recorded.
+        why: NoteRefusal,
     },
     /// A process ended, and no fault of the run had asked for that.
     ProcessLost {
@@ -268,6 +280,7 @@ impl Event {
             Self::NearMiss { .. } => "near miss",
             Self::Failsafe { .. } => "failsafe",
             Self::WishNotFinite { .. } => "controller.not_finite",
+            Self::NoteRefused { .. } => "controller.note",
             Self::ProcessLost { .. } => "process.lost",
             Self::ProcessReady { .. } => "process.ready",
             Self::ProcessFrozen { .. } => "process.frozen",
@@ -311,6 +324,7 @@ impl Event {
             | Self::FaultHealed { .. } => Level::Info,
             Self::NearMiss { .. }
             | Self::Failsafe { .. }
+            | Self::NoteRefused { .. }
             | Self::ProcessFrozen { .. }
             | Self::ProcessSilent { .. }
             | Self::ReplacementOverdue
@@ -353,7 +367,7 @@ impl Event {
             | Self::FaultRefused { .. }
             | Self::FaultLate { .. }
             | Self::FaultRequested { .. } => Reporter::Launcher,
-            Self::RecorderGap { .. } => Reporter::Recorder,
+            Self::NoteRefused { .. } | Self::RecorderGap { .. } => Reporter::Recorder,
         }
     }
 
@@ -383,6 +397,7 @@ impl Event {
             | Self::NearMiss { .. }
             | Self::Failsafe { .. }
             | Self::WishNotFinite { .. }
+            | Self::NoteRefused { .. }
             | Self::RecorderSilent
             | Self::RecorderGap { .. }
             | Self::ProcessFault { .. }
@@ -464,20 +479,6 @@ impl ProcessAction {
             Self::Start => "fault.start",
         }
     }
-}
-
-/// Who reports an event. Events of one tick are ordered by their reporters, and not by when each report arrived, which
-/// depends on scheduling.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Reporter {
-    /// Whoever reads the schedule of faults: known before the flight.
-    Schedule,
-    /// The world, on the way to the tick.
-    World,
-    /// The launcher, before the tick opens.
-    Launcher,
-    /// The recorder, when it records the tick.
-    Recorder,
 }
 
 /// An event with its moment in simulated time.

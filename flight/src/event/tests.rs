@@ -47,6 +47,8 @@ fn one_of_each() -> Vec<Event> {
         Event::StartOverdue { part: AGENT },
         Event::ThawOverdue { part: Part::Leader },
         Event::WishNotFinite { uav: UavId(3) },
+        Event::NoteRefused { uav: UavId(3), name: "slot error".into(), why: NoteRefusal::Name },
+        Event::NoteRefused { uav: UavId(3), name: "slot_error_m".into(), why: NoteRefusal::TooMany },
         Event::ProcessSilent { part: AGENT, waited_s: 0.25 },
         Event::ReplacementOverdue,
         Event::RecorderSilent,
@@ -100,6 +102,8 @@ fn every_event_has_its_level_name_and_text() {
          |! Error process.overdue: uav 3 was not ready in time; killed: raise supervision.start_timeout_s
          |! Error process.overdue: leader stayed frozen for too long; killed: raise supervision.answer_timeout_s
          |  Error controller.not_finite: uav 3 has a controller whose wish is not a finite number; such a command is withheld
+         |  Warning controller.note: the note \"slot error\" of uav 3 is not recorded: a name has 1 to 32 letters (a to z, A to Z), digits and underscores, begins with a letter, and is not tick, time_s, uav
+         |  Warning controller.note: the note \"slot_error_m\" of uav 3 is not recorded: a controller may note at most 16 numbers in a tick
          |! Warning process.silent: uav 3 has not answered for 0.2 s; flying on: raise supervision.answer_timeout_s if it is only slow
          |! Warning process.silent: no replacement was ready in time; flying on: raise supervision.start_timeout_s
          |  Warning recorder.silent: the recorder has stopped reading; flying on

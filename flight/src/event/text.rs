@@ -25,6 +25,9 @@ impl Event {
                     "{uav} has a controller whose wish is not a finite number; such a command is withheld"
                 )
             }
+            Self::NoteRefused { uav, name, why } => {
+                format!("the note {name:?} of {uav} is not recorded: {why}")
+            }
             Self::ProcessLost { part, end, then } => loss_text(*part, *end, *then),
             Self::ProcessReady { part } => format!("{part} is ready"),
             Self::ProcessFrozen { part } => format!("{part} is frozen (SIGSTOP)"),

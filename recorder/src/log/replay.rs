@@ -109,6 +109,8 @@ impl Replay {
 
     fn place_uav(&mut self, topic: &str, data: &[u8]) -> Option<()> {
         let placed = match UavTopic::parse(topic)? {
+            // Nothing is measured by them, so they are not read back.
+            UavTopic::Notes => return Some(()),
             UavTopic::State => {
                 let message = UavState::decode(data).ok()?;
                 set_once(&mut self.uav(message.uav)?.state, message.state())

@@ -9,7 +9,7 @@ use super::{
 };
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{
-    Account, Aircraft, Avoided, FlightMode, LeaderState, LinkCounts, Sensed, UavId, direction,
+    Account, Aircraft, Avoided, FlightMode, LeaderState, LinkCounts, Notes, Sensed, UavId, direction,
 };
 use ringwing_scenario::Scenario;
 
@@ -26,6 +26,8 @@ pub struct TickSamples {
     pub leader: Option<LeaderState>,
     /// What became of the samples on links with faults.
     pub links: Vec<LinkCounts>,
+    /// What controllers noted, in any order.
+    pub notes: Vec<Notes>,
 }
 
 /// What the recorder keeps of one airframe's [`Sensed`], which is much larger.
@@ -74,6 +76,7 @@ impl TickSamples {
             accounts: vec![None; uavs],
             leader: None,
             links: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
@@ -83,6 +86,7 @@ impl TickSamples {
         self.airframes.fill(None);
         self.accounts.fill(None);
         self.links.clear();
+        self.notes.clear();
         self.leader = None;
     }
 }
@@ -96,6 +100,9 @@ pub struct Frame {
     pub leader: Option<LeaderState>,
     /// What became of the samples on links with faults, ordered by receiver, then by sender.
     pub links: Vec<LinkTotals>,
+    /// What controllers noted, by ascending UAV. Only for the log: nothing is measured by it, and a frame that comes from a log
+    /// has none.
+    pub notes: Vec<Notes>,
     /// Each UAV, number 1 first.
     pub uavs: Vec<UavFrame>,
     /// The ring that the UAVs are measured against.
@@ -308,7 +315,7 @@ impl Frame {
     /// A frame of `tick`, measured against `ring`, in which nothing is known yet.
     pub(crate) fn blank(tick: i64, ring: FlownRing) -> Self {
         let uavs = vec![UavFrame::default(); ring.uavs() as usize];
-        Self { tick, leader: None, links: Vec::new(), uavs, ring }
+        Self { tick, leader: None, links: Vec::new(), notes: Vec::new(), uavs, ring }
     }
 
     /// Makes this the frame of `samples`, at `rate_hz` ticks a second.
@@ -323,6 +330,9 @@ impl Frame {
         counts.sort_by_key(|counts| (counts.to, counts.from, counts.acted));
         self.links.clear();
         self.links.extend(counts.into_iter().map(LinkTotals::from));
+        self.notes.clone_from(&samples.notes);
+        // Agents send in any order, as above.
+        self.notes.sort_by_key(|notes| notes.uav);
         // The ring is up to date by now: slots and neighbours come from it.
         for (uav, frame) in UavId::all(self.ring.uavs()).zip(&mut self.uavs) {
             let control =
@@ -403,97 +413,4 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing;
-    use ringwing_flight::SensedObstacle;
-
-    #[test]
-    fn terms_are_rounded_as_the_log_has_them_and_missing_data_have_no_age() {
-        let third = 1.0 / 3.0;
-        let account = Account {
-            previous_force_m: [third, 0.0],
-            next_force_m: [third, 0.0],
-            repulsion_m: [third, 0.0],
-            ..testing::account(7, 3)
-        };
-        let terms = ControlTerms::of(&account, 100);
-        assert_eq!(terms.previous_force_m[0], f64::from(third as f32));
-        assert_eq!(terms.neighbour_force_m()[0], f64::from((2.0 * f64::from(third as f32)) as f32));
-        assert_eq!(terms.repulsion_length_m(), third);
-        assert_eq!((terms.previous_age_s, terms.leader_age_s), (None, None));
-    }
-
-    #[test]
-    fn a_frame_measures_from_true_positions() {
-        let scenario = testing::ring_of(4, 10.0);
-        let radius = scenario.formation().radius_m();
-        let mut samples = TickSamples::new(4);
-        samples.leader = Some(testing::leader(0, [100.0, 0.0]));
-        // The slot of UAV 1 lies behind the leader.
-        let east = 103.0 - radius;
-        let mut sensed = testing::sensed(0, 1, [east, 4.0]);
-        sensed.obstacle_count = 1;
-        sensed.obstacles[0] = SensedObstacle { position_m: [east, 16.0], ..SensedObstacle::default() };
-        samples.airframes[0] = Some(AirframeSample::new(&sensed, [0.0; 2]));
-        samples.airframes[3] = Some(AirframeSample::new(&testing::sensed(0, 4, [east, -2.0]), [0.0; 2]));
-        let mut frame = Frame::new(&scenario);
-        frame.refill(&samples, 100);
-        let state = frame.uavs[0].state.unwrap();
-        assert_eq!((state.previous_distance_m, state.next_distance_m), (Some(6.0), None));
-        assert!((state.slot_error_m.unwrap() - 5.0).abs() < 1e-12);
-        assert_eq!(state.obstacle_distance_m, Some(12.0));
-        assert_eq!(state.mode, FlightMode::COMMANDED);
-        assert_eq!((&frame.uavs[1].state, &frame.uavs[0].control), (&None, &None));
-    }
-
-    #[test]
-    fn a_closed_ring_is_that_of_the_uavs_that_fly_on_command() {
-        let mut scenario = testing::ring_of(4, 10.0);
-        scenario.control.ring_closes = true;
-        let mut ring = scenario.whole_ring();
-        ring.reform(|number| number != 2);
-        let mut samples = TickSamples::new(4);
-        samples.leader = Some(testing::leader(0, [0.0, 0.0]));
-        for number in 1..=4 {
-            let mut sensed = testing::sensed(0, number, ring.slot(number).offset().into());
-            if number == 2 {
-                sensed.mode = FlightMode::LOITER;
-            }
-            samples.airframes[number as usize - 1] = Some(AirframeSample::new(&sensed, [0.0; 2]));
-        }
-        let mut frame = Frame::new(&scenario);
-        frame.refill(&samples, 100);
-        for number in [1, 3, 4] {
-            let state = frame.uavs[number - 1].state.as_ref().unwrap();
-            assert!(state.slot_error_m.unwrap() < 1e-9, "{number}");
-            assert!((state.next_distance_m.unwrap() - 10.0).abs() < 1e-9, "{number}");
-        }
-    }
-
-    #[test]
-    fn in_the_leaders_frame_slots_turn_with_its_heading() {
-        let mut scenario = testing::ring_of(4, 10.0);
-        scenario.formation.frame = ringwing_flight::FormationFrame::Leader;
-        let radius = scenario.formation().radius_m();
-        let mut samples = TickSamples::new(4);
-        let leader = testing::leader(0, [100.0, 0.0]);
-        samples.leader = Some(LeaderState { heading_rad: std::f64::consts::FRAC_PI_2, ..leader });
-        // The slot of UAV 1 lies behind the leader, which heads north.
-        samples.airframes[0] = Some(AirframeSample::new(&testing::sensed(0, 1, [103.0, -radius]), [0.0; 2]));
-        let mut frame = Frame::new(&scenario);
-        frame.refill(&samples, 100);
-        assert!((frame.uavs[0].state.unwrap().slot_error_m.unwrap() - 3.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn without_a_leader_there_is_no_slot() {
-        let scenario = testing::ring_of(3, 10.0);
-        let mut samples = TickSamples::new(3);
-        samples.airframes[1] = Some(AirframeSample::new(&testing::sensed(0, 2, [1.0, 2.0]), [0.0; 2]));
-        let mut frame = Frame::new(&scenario);
-        frame.refill(&samples, 100);
-        let state = frame.uavs[1].state.as_ref().unwrap();
-        assert_eq!((state.slot_m, state.slot_error_m, state.leader_distance_m), (None, None, None));
-    }
-}
+mod tests;

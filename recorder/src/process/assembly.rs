@@ -3,7 +3,7 @@
 //! Must never wait and never guess: what did not come is absent.
 
 use crate::metrics::{AirframeSample, TickSamples};
-use ringwing_flight::{JournalEntry, JournalHeader, LinkCounts, TickTiming};
+use ringwing_flight::{JournalEntry, JournalHeader, LinkCounts, Notes, TickTiming};
 use std::collections::BTreeMap;
 
 /// One tick, put together.
@@ -72,6 +72,13 @@ impl Assembly {
     pub(crate) fn put_link(&mut self, counts: &LinkCounts) {
         if let Some(tick) = self.at(counts.tick.0) {
             tick.samples.links.push(*counts);
+        }
+    }
+
+    /// Takes what a controller has noted.
+    pub(crate) fn put_notes(&mut self, notes: &Notes) {
+        if let Some(tick) = self.at(notes.tick.0) {
+            tick.samples.notes.push(*notes);
         }
     }
 

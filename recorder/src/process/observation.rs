@@ -42,7 +42,7 @@ impl Observation {
         let scenario = observer.scenario();
         let (uavs, rate_hz) = (scenario.formation.uavs, scenario.time.rate_hz);
         Ok(Self {
-            ports: FlightPorts::of_observer(observer.node(), uavs)?,
+            ports: FlightPorts::of_observer(observer.node(), scenario)?,
             // From tick 0 on: the flight begins there, and the approach tick before it is not shown.
             assembly: Assembly::new(uavs, 0),
             follower: Follower::new(scenario),

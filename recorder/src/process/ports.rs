@@ -8,38 +8,50 @@ use ringwing_bus::{
     BusNode, JournalReader, Member, Publisher, Stamps, Subscriber,
     services::{self, RECORDER_DEPTH},
 };
-use ringwing_flight::{EventMessage, FormationError, LinkCounts, TimedEvent};
+use ringwing_flight::{EventMessage, FormationError, LinkCounts, Notes, TimedEvent};
+use ringwing_scenario::Scenario;
 
 /// What a recorder or an observer subscribes to.
 pub(super) struct FlightPorts {
     journal: JournalReader,
     links: Subscriber<LinkCounts>,
+    /// `None` in a run in which nobody makes notes.
+    notes: Option<Subscriber<Notes>>,
     events: [Subscriber<EventMessage>; 2],
     /// Whether it wants to know how long ticks took.
     timing: bool,
 }
 
 impl FlightPorts {
-    /// Subscribes to the flight of a swarm of `uavs` with all that the log needs.
-    pub(super) fn of_recorder(node: &BusNode, uavs: u32, timing: bool) -> Result<Self, RecorderError> {
-        Self::open(node, uavs, timing, JournalReader::of_recorder(node)?, RECORDER_DEPTH)
+    /// Subscribes to the flight of `scenario` with all that the log needs.
+    pub(super) fn of_recorder(
+        node: &BusNode,
+        scenario: &Scenario,
+        timing: bool,
+    ) -> Result<Self, RecorderError> {
+        Self::open(node, scenario, timing, JournalReader::of_recorder(node)?, usize::MAX)
     }
 
     /// Subscribes to the flight with as little room as a passing look needs.
-    pub(super) fn of_observer(node: &BusNode, uavs: u32) -> Result<Self, RecorderError> {
-        Self::open(node, uavs, true, JournalReader::of_observer(node, uavs)?, services::OBSERVER_DEPTH)
+    pub(super) fn of_observer(node: &BusNode, scenario: &Scenario) -> Result<Self, RecorderError> {
+        let journal = JournalReader::of_observer(node, scenario.formation.uavs)?;
+        Self::open(node, scenario, true, journal, services::OBSERVER_DEPTH)
     }
 
+    /// Opens the ends, each with room for at most `depth` samples.
     fn open(
         node: &BusNode,
-        uavs: u32,
+        scenario: &Scenario,
         timing: bool,
         journal: JournalReader,
         depth: usize,
     ) -> Result<Self, RecorderError> {
+        let uavs = scenario.formation.uavs;
+        let notes = || services::notes(uavs).subscriber(node, depth);
         Ok(Self {
             journal,
             links: services::links(uavs).subscriber(node, depth)?,
+            notes: services::has_notes(scenario).then(notes).transpose()?,
             // Whoever joins late gets what has happened before, so there has to be room for that.
             events: [
                 services::world_events().subscriber(node, RECORDER_DEPTH)?,
@@ -61,6 +73,9 @@ impl FlightPorts {
             assembly.put_journal(header, entries.iter().map(|entry| &entry.0), self.timing);
         })?;
         self.links.drain(|counts, _| assembly.put_link(counts))?;
+        if let Some(port) = &self.notes {
+            port.drain(|notes, _| assembly.put_notes(notes))?;
+        }
         for port in &self.events {
             // Skip a message of another version whose event this version does not know.
             port.drain(|message, _| message.event().into_iter().for_each(&mut take_event))?;

@@ -13,6 +13,7 @@ use crate::{
         takeover,
     },
     metrics::{FlightSummary, Frame, Moment, judge},
+    process::refused_notes::RefusedNotes,
 };
 use ringwing_flight::{Event, GapCause, Tick, TickTiming, TimedEvent, WorldReport};
 use ringwing_scenario::{Fault, Scenario};
@@ -34,6 +35,9 @@ pub struct RecorderReport {
     pub messages: u64,
     /// Why the log could not be written to its end, if it could not.
     pub problem: Option<String>,
+    /// Notes that could not be recorded, as sentences: one for each UAV and reason.
+    #[serde(default)]
+    pub refused_notes: Vec<String>,
 }
 
 /// A recording in progress.
@@ -50,6 +54,7 @@ pub struct Recording {
     began: bool,
     /// The faults that were asked for during the flight. Events cut long sentences short, and these are whole.
     added_faults: Vec<Fault>,
+    refused_notes: RefusedNotes,
 }
 
 impl Recording {
@@ -68,6 +73,7 @@ impl Recording {
         // A successor misses what its predecessor had not flushed; a first recorder misses what flew before it was ready.
         let first_cause =
             if past.gaps.expected() > 0 { GapCause::LostWithPredecessor } else { GapCause::StartedLate };
+        let refused_notes = RefusedNotes::after(&past.events);
         Ok(Self {
             log,
             flight: Follower::resuming(opening.scenario, past.metrics, past.viewer, past.events),
@@ -77,6 +83,7 @@ impl Recording {
             first_cause,
             began: false,
             added_faults: Vec::new(),
+            refused_notes,
         })
     }
 
@@ -109,6 +116,9 @@ impl Recording {
             self.log_gap(frame.tick, gap, cause);
         }
         self.began = true;
+        for event in self.refused_notes.news(&frame.notes) {
+            self.log_event(TimedEvent { tick: Tick(frame.tick), event });
+        }
         let events = self.flight.observe(frame);
         self.flight.set_lost(self.gaps.lost());
         // Stop here without a log: only the log holds views, and making them takes longer than measuring.
@@ -129,6 +139,7 @@ impl Recording {
             gaps: self.gaps.closed().to_vec(),
             messages: self.log.as_ref().map_or(0, LogWriter::messages),
             problem: None,
+            refused_notes: self.refused_notes.sentences(),
         }
     }
 
@@ -189,12 +200,12 @@ fn texts(prefix: &str, value: &impl Serialize) -> impl Iterator<Item = (String, 
 mod tests {
     use super::*;
     use crate::{
-        schema::{LoggedEvent, topics},
+        schema::{LoggedEvent, Note, UavNotes, topics},
         testing::{self, flight, messages, place, ring_of},
     };
     use foxglove::messages::Log;
     use prost::Message;
-    use ringwing_flight::Latency;
+    use ringwing_flight::{Latency, Notes, UavId};
 
     fn lines(path: &Path) -> Vec<(u32, String)> {
         let seen = messages(&std::fs::read(path).unwrap());
@@ -306,6 +317,59 @@ mod tests {
         recording.finish(None).unwrap();
         let ticks: Vec<u32> = lines(&path).into_iter().map(|(tick, _)| tick).collect();
         assert_eq!(ticks, [5, 10, 30, 45]);
+    }
+
+    #[test]
+    fn notes_are_logged_of_the_uavs_that_have_some_and_a_refused_one_is_told_once() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut frames = flight(&scenario, 0..10);
+        for frame in &mut frames[4..] {
+            let mut notes = Notes::default().made_in(Tick(frame.tick), UavId(2));
+            notes.set("gap_m", frame.tick as f64).unwrap();
+            notes.set("not finite", 1.0).unwrap_err();
+            frame.notes = vec![notes];
+        }
+        let mut recording = testing::recording(&path, &scenario);
+        testing::observe(&mut recording, &frames);
+        recording.finish(None).unwrap();
+        let text = "the note \"not finite\" of uav 2 is not recorded: a name has 1 to 32 letters";
+        let [line] = &lines(&path)[..] else { panic!("{:?}", lines(&path)) };
+        assert!(line.0 == 4 && line.1.starts_with(text), "{line:?}");
+        assert_eq!(recording.report().refused_notes, [line.1.clone()]);
+        let seen = messages(&std::fs::read(&path).unwrap());
+        assert!(seen.is_sorted_by_key(|message| (message.log_time, message.topic.clone())));
+        let notes: Vec<_> = seen.iter().filter(|message| message.topic.ends_with("/notes")).collect();
+        assert!(notes.iter().all(|message| message.topic == "/uav/002/notes"));
+        let values = notes.iter().map(|message| UavNotes::decode(&*message.data).unwrap());
+        let expected = (4..10).map(|tick| UavNotes {
+            tick,
+            uav: 2,
+            notes: vec![Note { name: "gap_m".into(), value: tick as f64 }],
+        });
+        assert!(values.eq(expected));
+    }
+
+    #[test]
+    fn a_successor_continues_the_notes_on_their_topic() {
+        let (_folder, path) = place();
+        let scenario = ring_of(3, 40.0);
+        let mut frames = flight(&scenario, 0..120);
+        for frame in &mut frames {
+            let mut notes = Notes::default().made_in(Tick(frame.tick), UavId(3));
+            notes.set("gap_m", 1.0).unwrap();
+            notes.set("", 1.0).unwrap_err();
+            frame.notes = vec![notes];
+        }
+        testing::record_and_die(&path, &scenario, &frames[..60]);
+        testing::record(&path, &scenario, &frames[60..]);
+        let file = std::fs::read(&path).unwrap();
+        let ticks = messages(&file).into_iter().filter(|seen| seen.topic == "/uav/003/notes");
+        assert!(ticks.map(|message| message.tick).eq((0..50).chain(60..120)));
+        let channels = mcap::Summary::read(&file).unwrap().unwrap().channels;
+        assert_eq!(channels.values().filter(|channel| channel.topic == "/uav/003/notes").count(), 1);
+        let refusals = lines(&path).into_iter().filter(|(_, line)| line.starts_with("the note"));
+        assert_eq!(refusals.map(|(tick, _)| tick).collect::<Vec<_>>(), [0]);
     }
 
     #[test]

@@ -145,7 +145,8 @@ fn uav(event: &Event) -> Option<UavId> {
         Event::Collision { uav, .. }
         | Event::NearMiss { uav, .. }
         | Event::Failsafe { uav, .. }
-        | Event::WishNotFinite { uav } => Some(*uav),
+        | Event::WishNotFinite { uav }
+        | Event::NoteRefused { uav, .. } => Some(*uav),
         // So a search for a UAV also finds what happened to the process of its agent.
         other => match part(other) {
             Some(Part::Agent(uav)) => Some(uav),

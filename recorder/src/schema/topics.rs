@@ -66,6 +66,8 @@ pub const ALL: [&str; 18] = [
 pub enum UavTopic {
     /// What its agent commanded: `/uav/001/control`.
     Control,
+    /// What its controller noted: `/uav/001/notes`.
+    Notes,
     /// Where it is: `/uav/001/state`.
     State,
 }
@@ -80,7 +82,7 @@ impl UavTopic {
     pub fn parse(topic: &str) -> Option<Self> {
         let (_number, suffix) = topic.strip_prefix("/uav/")?.split_once('/')?;
         // The number is not checked: a log may be of a larger swarm, whose numbers have more digits.
-        [Self::Control, Self::State].into_iter().find(|kind| kind.suffix() == suffix)
+        [Self::Control, Self::Notes, Self::State].into_iter().find(|kind| kind.suffix() == suffix)
     }
 
     /// The name under which the messages about all UAVs are counted together: `/uav/*/state`.
@@ -91,6 +93,7 @@ impl UavTopic {
     fn suffix(self) -> &'static str {
         match self {
             Self::Control => "control",
+            Self::Notes => "notes",
             Self::State => "state",
         }
     }
@@ -144,6 +147,7 @@ mod tests {
         assert_eq!((group("/uav/007/state"), group("/tf")), ("/uav/*/state".into(), "/tf".into()));
         for (topic, judged, known) in [
             ("/uav/7/state", true, true),
+            ("/uav/007/notes", false, true),
             (EVENTS, true, true),
             (TRANSFORMS, false, true),
             ("/camera", false, false),

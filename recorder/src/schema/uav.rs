@@ -1,9 +1,9 @@
-//! The messages about one UAV, every tick: `/uav/001/state` and `/uav/001/control`.
+//! The messages about one UAV, every tick: `/uav/001/state`, `/uav/001/control` and `/uav/001/notes`.
 //!
-//! A frame that is read back from these messages equals the one that was written, to the bit.
+//! A frame that is read back from the first two equals the one that was written, to the bit.
 
 use crate::metrics::{AvoidedThing, ControlTerms, TrueState};
-use ringwing_flight::FlightMode;
+use ringwing_flight::{FlightMode, Notes};
 
 /// Where a UAV is and how it flies, every tick: `/uav/001/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -181,6 +181,39 @@ pub struct UavControl {
     /// The agent's estimate of the wind, north.
     #[prost(double, optional, tag = "36")]
     pub wind_estimate_y_m_s: Option<f64>,
+}
+
+/// What the controller of a UAV noted, in every tick with notes: `/uav/001/notes`.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct UavNotes {
+    /// The tick.
+    #[prost(sint64, tag = "1")]
+    pub tick: i64,
+    /// The UAV's number, from 1.
+    #[prost(uint32, tag = "2")]
+    pub uav: u32,
+    /// The notes.
+    #[prost(message, repeated, tag = "3")]
+    pub notes: Vec<Note>,
+}
+
+/// A number that a controller noted.
+#[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
+pub struct Note {
+    /// Its name. The controller chooses it; if it ends with a unit, as the fields here do, it explains itself.
+    #[prost(string, tag = "1")]
+    pub name: String,
+    /// The number; it may be NaN or infinite.
+    #[prost(double, tag = "2")]
+    pub value: f64,
+}
+
+impl UavNotes {
+    /// The message of `notes`.
+    pub(crate) fn of(notes: &Notes) -> Self {
+        let list = notes.iter().map(|(name, value)| Note { name: name.to_owned(), value }).collect();
+        Self { tick: notes.tick.0, uav: notes.uav.0, notes: list }
+    }
 }
 
 impl UavState {

@@ -5,7 +5,7 @@
 use super::MessageSink;
 use crate::schema::{
     Faults, LinkCounts, LoggedEvent, SwarmMetrics, SwarmState, Timing, TimingPercentiles, UavControl,
-    UavState,
+    UavNotes, UavState,
     topics::{self, UavTopic},
 };
 use foxglove::{
@@ -36,6 +36,8 @@ pub(super) struct Channels {
     pub(super) timing: Option<u16>,
     pub(super) timing_percentiles: Option<u16>,
     pub(super) uavs: Vec<UavChannels>,
+    /// Those of UAVs whose controllers have noted something.
+    notes: BTreeMap<UavId, u16>,
 }
 
 /// The channels of one UAV.
@@ -76,7 +78,20 @@ impl Channels {
             uavs: UavId::all(uavs)
                 .map(|uav| UavChannels::register(sink, uav, uavs))
                 .collect::<Result<_, S::Error>>()?,
+            notes: BTreeMap::new(),
         })
+    }
+
+    /// The channel for the notes of `uav`. Registered with the first notes, so that a flight without notes has the same log,
+    /// byte for byte, as before there were any.
+    pub(super) fn notes_of<S: MessageSink>(&mut self, sink: &mut S, uav: UavId) -> Result<u16, S::Error> {
+        if let Some(channel) = self.notes.get(&uav) {
+            return Ok(*channel);
+        }
+        let topic = UavTopic::Notes.name(uav.0, self.uavs.len() as u32);
+        let channel = channel::<UavNotes, S>(sink, &topic)?;
+        self.notes.insert(uav, channel);
+        Ok(channel)
     }
 
     /// How many messages of each topic that a verdict needs are among these `counts`, which are by channel: metadata that

@@ -142,6 +142,35 @@ fn a_callback_sees_the_whole_situation_and_its_wish_comes_back() {
     assert_eq!((intruder.number, intruder.is_intruder, intruder.is_answering), (2, true, false));
 }
 
+#[expect(unsafe_code, reason = "notes as a program in C does")]
+unsafe extern "C-unwind" fn note_something(_: *mut c_void, _: *const RingwingSituation) -> RingwingWish {
+    // SAFETY: the names end with a zero, or there is none.
+    let taken = [c"slot_error_m", c"slot error", c"gain", c"na\xFFme"]
+        .map(|name| unsafe { crate::ringwing_note(name.as_ptr(), 1.5) });
+    // SAFETY: as above.
+    let nameless = unsafe { crate::ringwing_note(ptr::null(), 1.5) };
+    assert_eq!((taken, nameless), ([true, false, true, false], false));
+    RingwingWish { speed_m_s: 16.0, turn_rate_rad_s: 0.0 }
+}
+
+#[test]
+fn what_a_callback_notes_comes_with_its_wish_and_outside_of_step_nothing_is_noted() {
+    let (sensed, heard) = (sensed(0), track_at(46, 12.0));
+    let situation = situation(&sensed, None, &heard, None);
+    let (step, user) = (note_something as Step, ptr::null_mut());
+    let mut foreign = Foreign { step, user, obstacles: Vec::new(), aircraft: Vec::new() };
+    for _ in 0..2 {
+        let notes = foreign.step(&situation).notes;
+        assert_eq!(notes.iter().collect::<Vec<_>>(), [("slot_error_m", 1.5), ("gain", 1.5)]);
+        assert_eq!(notes.refused().unwrap().0, "slot error");
+        assert!(!note("outside", 1.0));
+    }
+    foreign.step = look;
+    let mut seen = Seen::default();
+    foreign.user = (&raw mut seen).cast();
+    assert!(foreign.step(&situation).notes.is_empty(), "the notes of the tick before are gone");
+}
+
 #[test]
 fn what_is_not_known_is_zero_and_marked() {
     let (sensed, heard) = (sensed(0), track_at(46, 12.0));

@@ -42,10 +42,13 @@ impl Controller for Consensus {
         };
         // A UAV that is far ahead has to wait for its slot. A larger correction would turn it round.
         let most_m_s = CORRECTION_SHARE * motion.velocity_m_s.norm();
-        let wanted = motion.velocity_m_s + self.correction(situation, slot).cap_magnitude(most_m_s);
+        let correction = self.correction(situation, slot);
+        let wanted = motion.velocity_m_s + correction.cap_magnitude(most_m_s);
         let along = direction(situation.own.heading_rad);
         let angle_rad = along.perp(&wanted).atan2(along.dot(&wanted));
-        Wish::new(wanted.norm(), motion.turn_rate_rad_s + HEADING_GAIN_PER_S * angle_rad)
+        let turn_rate_rad_s = motion.turn_rate_rad_s + HEADING_GAIN_PER_S * angle_rad;
+        // The log then shows when the correction is cut.
+        Wish::new(wanted.norm(), turn_rate_rad_s).with_note("correction_m_s", correction.norm())
     }
 }
 
