@@ -48,7 +48,7 @@ pub use path::{LeaderPath, PathMotion, TrackPoint, Turn, WaypointError};
 pub use payload::{
     Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FailsafePath, FlightMode,
     FormationError, JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, LoiterRates, Payload,
-    Roster, Rumour, Sensed, SensedAircraft, SensedObstacle, TickTiming, Traffic, UavState,
+    Roster, Rumour, Sensed, SensedAircraft, SensedObstacle, TickTiming, Traffic, Truth, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};
