@@ -49,7 +49,7 @@ pub use payload::{
     Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FailsafePath, FlightMode,
     FormationError, JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, LoiterRates,
     MAX_NOTE_NAME, MAX_NOTES, NoteRefusal, Notes, Payload, Roster, Rumour, Sensed, SensedAircraft,
-    SensedObstacle, TickTiming, Traffic, UavState,
+    SensedObstacle, TickTiming, Traffic, Truth, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};

@@ -197,7 +197,9 @@ class Uav:
         """Where the UAV is and how it flies, every tick: ``tick``, ``time_s``, ``uav``, ``x_m``, ``y_m``, ``heading_rad``, ``speed_m_s``,
         ``turn_rate_rad_s``, ``previous_distance_m``, ``next_distance_m``, ``leader_distance_m``, ``slot_x_m``, ``slot_y_m``,
         ``slot_error_m``, ``obstacle_distance_m`` (to the centre of the nearest obstacle that the UAV senses), ``mode``, which is
-        ``"commanded"`` or the name of its failsafe; and in wind ``wind_x_m_s``, ``wind_y_m_s``, ``course_rad`` and ``ground_speed_m_s``."""
+        ``"commanded"`` or the name of its failsafe; and in wind ``wind_x_m_s``, ``wind_y_m_s``, ``course_rad`` and ``ground_speed_m_s``;
+        and where its sensors err ``measured_x_m``, ``measured_y_m``, ``measured_heading_rad``, ``measured_speed_m_s`` and
+        ``measured_turn_rate_rad_s``."""
         return self._table("state")
 
     @property
@@ -206,7 +208,8 @@ class Uav:
         metres (``neighbour_force_x_m`` of Eq. (4), also ``previous_``, ``next_``, ``centre_``, ``slot_``; ``repulsion_x_m`` of Eq. (13)),
         ``potential_m2`` (Eq. (3)), ``speed_saturated`` and ``turn_rate_saturated`` (Eq. (12)), the ages of the data used, ``living``,
         ``leader_silent``, ``slots_moving``, ``lost_fingerprint``, what the law wished before the collision filter, and
-        ``wind_estimate_x_m_s`` and ``wind_estimate_y_m_s``."""
+        ``wind_estimate_x_m_s`` and ``wind_estimate_y_m_s``; and where the agent takes its UAV to be elsewhere than it is
+        ``estimate_x_m``, ``estimate_y_m`` and ``estimate_heading_rad``."""
         return self._table("control")
 
     @property

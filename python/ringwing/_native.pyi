@@ -198,7 +198,7 @@ class Situation:
     def uav(self) -> int: ...
     @property
     def position_m(self) -> Vector:
-        """The position of the UAV."""
+        """The position of the UAV: as sensed, or as its agent estimates it from all sensors (``control.pose_estimated``)."""
 
     @property
     def heading_rad(self) -> float: ...

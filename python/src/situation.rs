@@ -254,7 +254,7 @@ pub(crate) struct Situation {
 
 #[pymethods]
 impl Situation {
-    /// The position of the UAV.
+    /// The position of the UAV: as sensed, or as its agent estimates it from all sensors.
     #[getter]
     fn position_m<'py>(&self, py: Python<'py>) -> Array<'py> {
         array(py, self.own.position.into())

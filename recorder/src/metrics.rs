@@ -13,6 +13,7 @@ mod coherence;
 mod deviation;
 mod envelope;
 mod errors;
+mod estimation;
 mod fault_effects;
 mod frame;
 mod hold;
@@ -33,7 +34,9 @@ pub use chance::{ChanceEvent, UnplannedLoss};
 pub use coherence::Coherence;
 pub use deviation::{Deviation, Deviations, OFF_COURSE_M, UavDeviation, deviation_m};
 pub use fault_effects::{FaultEffects, IdleFault};
-pub use frame::{AirframeSample, AvoidedThing, ControlTerms, Frame, TickSamples, TrueState, UavFrame};
+pub use frame::{
+    AirframeSample, AvoidedThing, ControlTerms, Frame, MeasuredFlight, TickSamples, TrueState, UavFrame,
+};
 pub use links::LinkTotals;
 pub use pairs::{Pairs, UavPair};
 pub use recovery::FaultRecovery;
@@ -46,6 +49,7 @@ use avoidance::AvoidanceWatch;
 use chance::ChanceWatch;
 use envelope::Envelope;
 use errors::FormationErrors;
+use estimation::EstimationWatch;
 use fault_effects::EffectWatch;
 use hold::Wholeness;
 use intruders::IntruderWatch;
@@ -110,6 +114,7 @@ pub struct Metrics {
     agreement: AgreementWatch,
     closest: ClosestSoFar,
     keeping: KeepingWatch,
+    estimation: EstimationWatch,
     obstacles: Vec<ObstacleWatch>,
     intruders: Vec<IntruderWatch>,
     avoidance: AvoidanceWatch,
@@ -147,6 +152,7 @@ impl Metrics {
             agreement: AgreementWatch::default(),
             closest: ClosestSoFar::default(),
             keeping: KeepingWatch::new(scenario),
+            estimation: EstimationWatch::new(scenario),
             obstacles: scenario
                 .all_obstacles()
                 .iter()
@@ -250,6 +256,7 @@ impl Metrics {
         let mut errors = FormationErrors::default();
         frame.all_commanded().for_each(|state| errors.observe(state, frame));
         self.keeping.observe(frame.tick, &errors);
+        self.estimation.observe(frame);
         let (tick, sky) = (frame.tick, &mut self.sky);
         Moment {
             tick,
@@ -286,6 +293,7 @@ impl Metrics {
             slot_error_max_m: self.moment.slot_error_max_m,
             slot_error_rms_m: self.moment.slot_error_rms_m,
             keeping_error_rms_m: self.keeping.rms_m(),
+            estimate_error_rms_m: self.estimation.rms_m(),
             neighbour_error_max_m: self.moment.neighbour_error_max_m,
             radius_error_max_m: self.moment.radius_error_max_m,
             closest_pair: self.closest.pair(self.rate_hz),

@@ -78,12 +78,14 @@ impl MessageStream {
             self.write(sink, self.channels.links, tick, &LinkCounts::of(tick, counts))?;
         }
         self.write_lines(sink, tick, events)?;
+        self.write_some(sink, self.channels.estimates, tick, view.estimates.as_ref())?;
         self.write_some(sink, self.channels.formation, tick, view.formation.as_ref())?;
         self.write_some(sink, self.channels.obstacles, tick, view.obstacles.as_ref())?;
         self.write_some(sink, self.channels.path, tick, view.path.as_ref())?;
         self.write_some(sink, self.channels.ring, tick, view.ring.as_ref())?;
         self.write_some(sink, self.channels.trails, tick, view.trails.as_ref())?;
         self.write_some(sink, self.channels.uav_scene, tick, view.uavs.as_ref())?;
+        self.write_some(sink, self.channels.wind, tick, view.wind.as_ref())?;
         self.write_some(sink, self.channels.metrics, tick, view.metrics.as_ref())?;
         self.write_some(sink, self.channels.state, tick, view.state.as_ref())?;
         self.write_some(sink, self.channels.transforms, tick, view.transforms.as_ref())?;

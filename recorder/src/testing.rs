@@ -7,7 +7,7 @@ use crate::{
 };
 use nalgebra::Point2;
 use ringwing_flight::{
-    Account, AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Tick, UavId,
+    Account, AgeTicks, Command, FlightMode, LeaderState, Sensed, SensedObstacle, Tick, Truth, UavId,
 };
 use ringwing_scenario::{FormationSection, IntruderSection, ObstacleSection, Scenario};
 use std::{
@@ -67,6 +67,19 @@ pub(crate) fn sensed(tick: i64, uav: u32, position_m: [f64; 2]) -> Sensed {
         obstacle_count: 0,
         obstacles_omitted: 0,
         obstacles: [SensedObstacle::default(); 8],
+        position_age_ticks: 0,
+        heading_age_ticks: 0,
+    }
+}
+
+/// The truth of a UAV with perfect sensors that sense this, in still air.
+pub(crate) fn truth(sensed: &Sensed) -> Truth {
+    Truth {
+        position_m: sensed.position_m,
+        heading_rad: sensed.heading_rad,
+        speed_m_s: sensed.speed_m_s,
+        turn_rate_rad_s: sensed.turn_rate_rad_s,
+        wind_m_s: [0.0; 2],
     }
 }
 
@@ -95,10 +108,12 @@ fn samples(scenario: &Scenario, tick: i64, swing_m: f64) -> TickSamples {
         let place = [slot.x + swing_m * phase.sin(), slot.y + swing_m * (1.3 * phase).cos()];
         let heading_rad = (0.1 * phase).sin() * swing_m;
         let sensed = Sensed { heading_rad, ..sensed(tick, uav.0, place) };
-        samples.airframes[uav.index()] = Some(AirframeSample::new(&sensed, [0.0; 2]));
+        samples.airframes[uav.index()] = Some(AirframeSample::new(&sensed, &truth(&sensed)));
         let age = AgeTicks::between(Tick(tick - 1), Tick(tick));
         samples.accounts[uav.index()] = Some(Account {
             slot_m: slot.into(),
+            estimate_m: place,
+            estimate_heading_rad: heading_rad,
             previous_force_m: [phase.sin() * swing_m, phase.cos() * swing_m],
             next_force_m: [phase.cos() * swing_m, (2.0 * phase).sin() * swing_m],
             centre_force_m: [(0.7 * phase).sin() * swing_m, (0.7 * phase).cos() * swing_m],

@@ -8,7 +8,7 @@ use ringwing_bus::{
 };
 use ringwing_flight::{
     Account, Command, Event, EventMessage, FlightMode, JournalEntry, JournalHeader, LeaderState, Part,
-    Sensed, SensedObstacle, Tick, TimedEvent, UavId, WorldReport,
+    Sensed, SensedObstacle, Tick, TimedEvent, Truth, UavId, WorldReport,
 };
 use ringwing_recorder::{RecorderArgs, RecorderError, RecorderReport, run};
 use ringwing_scenario::Scenario;
@@ -73,8 +73,14 @@ impl Everybody {
         });
         let entry = |uav: UavId| {
             let mut entry = JournalEntry::empty();
-            entry.set_sensed(&sensed(tick, uav, formation.slot(uav.0, centre.into()).into()), [0.0; 2]);
-            entry.set_account(&account(tick, uav));
+            let sensed = sensed(tick, uav, formation.slot(uav.0, centre.into()).into());
+            let Sensed { position_m, heading_rad, speed_m_s, turn_rate_rad_s, .. } = sensed;
+            let truth = Truth { position_m, heading_rad, speed_m_s, turn_rate_rad_s, wind_m_s: [0.0; 2] };
+            entry.set_sensed(&sensed, &truth);
+            // Its agent knows exactly where it is.
+            let estimate =
+                Account { estimate_m: position_m, estimate_heading_rad: heading_rad, ..account(tick, uav) };
+            entry.set_account(&estimate);
             entry
         };
         let entries: Vec<JournalEntry> = UavId::all(UAVS).map(entry).collect();
@@ -117,6 +123,8 @@ fn sensed(tick: Tick, uav: UavId, position_m: [f64; 2]) -> Sensed {
         obstacle_count: 0,
         obstacles_omitted: 0,
         obstacles: [SensedObstacle::default(); 8],
+        position_age_ticks: 0,
+        heading_age_ticks: 0,
     }
 }
 

@@ -28,8 +28,9 @@ pub use model::{
     AgentSection, AirframeSection, Assignment, ControlSection, DeadReckoning, DrawSection, Failsafe,
     FormationSection, GeoreferenceSection, IntruderSection, IpcSection, Law, LawSwitches, LeaderSection,
     LeaderStart, ManoeuvreSection, MembershipSection, ObstacleFieldSection, ObstacleSection, OffsetSection,
-    PathKind, PathSection, RequirementsSection, SafetySection, Scenario, SensingSection, ShapeName,
-    SlotOrder, StartSection, StartState, SupervisionSection, TimeSection, Wake, WaypointSection, WindSection,
+    PathKind, PathSection, RequirementsSection, SafetySection, Scenario, SensingSection, SensorsSection,
+    ShapeName, SlotOrder, StartSection, StartState, SupervisionSection, TimeSection, Wake, WaypointSection,
+    WindSection,
 };
 pub use preset::Preset;
 pub use read::{Place, Problem, Reading, ScenarioError, Setting, Source, example_scenario, keys};

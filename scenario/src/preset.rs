@@ -24,7 +24,7 @@ macro_rules! preset {
 }
 
 /// In the order in which `scenario list` shows them.
-static PRESETS: [Preset; 15] = [
+static PRESETS: [Preset; 16] = [
     preset!("paper-4.1", "six UAVs form the ring in free sky and keep it (Section 4.1)"),
     preset!("paper-4.2", "six UAVs form the ring and fly past two obstacles (Section 4.2)"),
     preset!("vee", "nine UAVs form a vee from drawn starts"),
@@ -40,6 +40,7 @@ static PRESETS: [Preset; 15] = [
     preset!("traffic", "six UAVs among two obstacles that move and three intruders"),
     preset!("racetrack", "the ring turns with a leader that flies a racetrack"),
     preset!("gusts", "six UAVs form the ring in a wind of 6 m/s with moderate gusts"),
+    preset!("sensors", "six UAVs in wind and gusts with the sensors of a small autopilot"),
 ];
 
 /// All presets, in the order in which to list them.

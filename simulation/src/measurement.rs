@@ -84,7 +84,7 @@ impl Frames {
         self.samples.restart(tick.0);
         for uav in UavId::all(simulation.scenario().formation.uavs) {
             self.samples.airframes[uav.index()] =
-                simulation.sensed(uav).map(|sensed| AirframeSample::new(sensed, simulation.wind_m_s(uav)));
+                simulation.sensed(uav).map(|sensed| AirframeSample::new(sensed, simulation.truth(uav)));
             self.samples.accounts[uav.index()] = simulation.account(uav).copied();
         }
         self.samples.leader = simulation.led().copied();

@@ -62,6 +62,8 @@ pub fn scenario(seed: u64) -> Scenario {
     dice.set_path(&mut scenario);
     dice.set_wind(&mut scenario);
     dice.break_airframe(&mut scenario);
+    dice.set_sensors(&mut scenario);
+    dice.drift(&mut scenario);
     scenario
 }
 
@@ -98,6 +100,7 @@ impl Dice {
             force_limited,
             turn_feed_forward,
             wind_estimated,
+            pose_estimated,
             ring_closes,
             collision_filter,
         } = law.switches();
@@ -109,6 +112,7 @@ impl Dice {
         (control.force_limited, control.ring_closes) = (force_limited, ring_closes);
         control.turn_feed_forward = turn_feed_forward;
         control.wind_estimated = wind_estimated;
+        control.pose_estimated = pose_estimated;
         control.collision_filter = collision_filter;
         // 0.1 s is five ticks at 50 Hz; validation refuses fewer than four.
         scenario.membership.loss_timeout_s = self.pick(&[0.1, 0.3, 1.0, 3.0]);

@@ -8,7 +8,7 @@ use crate::{
 };
 use ringwing_flight::{
     Account, Event, LeaderState, LinkCounts, Notes, Part, ProcessAction, ProcessState, Reporter, Sensed,
-    Tick, TimedEvent, UavId, WorldReport,
+    Tick, TimedEvent, Truth, UavId, WorldReport,
 };
 use ringwing_leader::Path;
 use ringwing_scenario::{
@@ -57,7 +57,7 @@ pub struct Simulation {
     /// Each UAV's senses in the tick flown last; `None` for one that has left the sky.
     sensed: Vec<Option<Sensed>>,
     /// The velocity of the air at each UAV in the tick flown last.
-    winds_m_s: Vec<[f64; 2]>,
+    truths: Vec<Truth>,
     links: Vec<LinkCounts>,
     /// What controllers noted in the tick flown last.
     notes: Vec<Notes>,
@@ -99,7 +99,7 @@ impl Simulation {
             link_faults: schedule.link_faults(),
             accounts: vec![None; uavs as usize],
             sensed: vec![None; uavs as usize],
-            winds_m_s: vec![[0.0; 2]; uavs as usize],
+            truths: vec![Truth::default(); uavs as usize],
             links: Vec::new(),
             notes: Vec::new(),
             events: Vec::new(),
@@ -167,9 +167,9 @@ impl Simulation {
         self.sensed[uav.index()].as_ref()
     }
 
-    /// The velocity of the air at `uav` in the tick flown last, in m/s; zero in still air.
-    pub fn wind_m_s(&self, uav: UavId) -> [f64; 2] {
-        self.winds_m_s[uav.index()]
+    /// How `uav` truly flew in the tick flown last; of a UAV that has left the sky, when it was seen last.
+    pub fn truth(&self, uav: UavId) -> &Truth {
+        &self.truths[uav.index()]
     }
 
     /// What the leader sent in the tick flown last; `None` if there was none, or it was frozen.
@@ -310,13 +310,13 @@ impl Simulation {
 
     fn publish_sensed(&mut self) {
         self.sensed.fill(None);
-        for Sensing { sensed, traffic, wind_m_s } in self.airspace.open_tick() {
+        for Sensing { sensed, traffic, truth } in self.airspace.open_tick() {
             if let Some(traffic) = traffic {
                 self.air.traffic[sensed.uav.index()].push(traffic);
             }
             self.air.sensed[sensed.uav.index()].push(sensed);
             self.sensed[sensed.uav.index()] = Some(sensed);
-            self.winds_m_s[sensed.uav.index()] = wind_m_s;
+            self.truths[sensed.uav.index()] = truth;
         }
     }
 

@@ -14,6 +14,7 @@ mod random;
 mod resilience;
 mod rules;
 mod safety;
+mod sensors;
 mod shapes;
 mod storm;
 mod theory;

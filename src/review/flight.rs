@@ -36,6 +36,8 @@ pub(crate) struct UavColumns {
     pub(crate) wind_m_s: Column,
     /// How far the agent's estimate of the wind is off; absent in still air.
     pub(crate) wind_error_m_s: Column,
+    /// How far the UAV is from where its agent takes it to be.
+    pub(crate) estimate_error_m: Column,
     /// Age of the oldest data that its agent used.
     pub(crate) age_s: Column,
     /// How far it is from where it would be without the faults; empty if nobody asked for it.
@@ -189,6 +191,7 @@ impl UavColumns {
         self.repulsion_m.push(control.map(ControlTerms::repulsion_length_m));
         self.wind_m_s.push(state.and_then(TrueState::wind_speed_m_s));
         self.wind_error_m_s.push(uav.wind_error_m_s());
+        self.estimate_error_m.push(commanded.and_then(|_| uav.estimate_error_m()));
         let ages = control.map(|control| [control.previous_age_s, control.next_age_s, control.leader_age_s]);
         self.age_s.push(ages.and_then(|ages| ages.into_iter().flatten().reduce(f64::max)));
     }

@@ -43,8 +43,8 @@ impl fmt::Display for SummaryText<'_> {
             write_uavs(f, flight)?;
             write_commanded(f, flight, *uavs)?;
             write_formation(f, flight, summary.shape_at_end)?;
-            // In wind a formation never quite rests, so the errors at the end say little.
-            if !summary.air_is_still {
+            // In wind or with errors of sensors a formation never quite rests, so the errors at the end say little.
+            if !summary.air_is_still || flight.estimate_error_rms_m.is_some() {
                 write_keeping(f, flight)?;
             }
             write_obstacles(f, flight)?;
@@ -137,7 +137,13 @@ fn write_formation(f: &mut fmt::Formatter<'_>, flight: &FlightSummary, shape: Sh
 }
 
 fn write_keeping(f: &mut fmt::Formatter<'_>, flight: &FlightSummary) -> fmt::Result {
-    line(f, "slot error over the second half", &metres(flight.keeping_error_rms_m), "root mean square")
+    line(f, "slot error over the second half", &metres(flight.keeping_error_rms_m), "root mean square")?;
+    match flight.estimate_error_rms_m {
+        Some(error_m) => {
+            line(f, "own-position error, second half", &metres(Some(error_m)), "root mean square")
+        }
+        None => Ok(()),
+    }
 }
 
 fn write_pair(f: &mut fmt::Formatter<'_>, label: &str, pair: Option<ClosestPair>) -> fmt::Result {

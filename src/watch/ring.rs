@@ -13,8 +13,8 @@ use ratatui::{
 };
 use ringwing_flight::{Tick, direction};
 use ringwing_recorder::{
-    metrics::{Frame, TrueState},
-    show::palette,
+    metrics::{Frame, TrueState, UavFrame},
+    show::{arrow, palette},
 };
 
 /// How much of the picture lies beyond the circle that is flown. Less cuts off UAVs beside it; more makes the ring small.
@@ -83,6 +83,10 @@ fn paint(context: &mut Context, frame: &Frame, model: &Model, window: &Window) {
     for state in frame.uavs.iter().filter_map(|uav| uav.state.as_ref()) {
         paint_uav(context, state, window.radius_m * HEADING_SHARE, paint.rgb(palette::colour(state.uav)));
     }
+    for uav in &frame.uavs {
+        paint_estimate(context, uav, paint);
+    }
+    paint_wind(context, frame, model, window, paint);
     // Names come last, on a layer of their own, so that no dots cover them.
     context.layer();
     context.print(x, y, "+");
@@ -112,6 +116,29 @@ fn paint_world(context: &mut Context, now: Tick, model: &Model, window: &Window,
         );
         context.print(pose.position.x, pose.position.y, Span::styled("x", paint.bad()));
     }
+}
+
+/// A line from a UAV to where its agent takes it to be.
+fn paint_estimate(context: &mut Context, uav: &UavFrame, paint: Paint) {
+    let estimate = uav.control.as_ref().and_then(|control| control.estimate);
+    let (Some(state), Some(estimate)) = (uav.commanded(), estimate) else { return };
+    let ends = [[state.x_m, state.y_m], estimate.position.into()];
+    paint_line(context, ends, paint.rgb(palette::BRIGHT));
+}
+
+/// The arrow of the wind, with its speed.
+fn paint_wind(context: &mut Context, frame: &Frame, model: &Model, window: &Window, paint: Paint) {
+    let Some(wind_m_s) = frame.wind_m_s() else { return };
+    let spacing_m = model.scenario().formation.spacing_m;
+    let places = arrow::of_wind(wind_m_s, window.centre.into(), spacing_m, window.radius_m);
+    for (from, to) in places.iter().zip(&places[1..]) {
+        paint_line(context, [(*from).into(), (*to).into()], paint.rgb(palette::CALM));
+    }
+    context.print(places[0].x, places[0].y, format!("wind {:.1} m/s", wind_m_s.norm()));
+}
+
+fn paint_line(context: &mut Context, [[x1, y1], [x2, y2]]: [[f64; 2]; 2], color: Color) {
+    context.draw(&Line { x1, y1, x2, y2, color });
 }
 
 fn paint_uav(context: &mut Context, state: &TrueState, length_m: f64, color: Color) {
@@ -150,6 +177,13 @@ mod tests {
         let mut terminal = Terminal::new(TestBackend::new(60, 30)).unwrap();
         terminal.draw(|picture| draw(picture, picture.area(), &model)).unwrap();
         terminal.backend().to_string()
+    }
+
+    #[test]
+    fn the_wind_has_an_arrow_with_its_speed() {
+        let wind = ["wind.mean_speed_m_s=6", "wind.from_deg=90"];
+        assert!(picture(&wind, 0.2).contains("wind 6.0 m/s"));
+        assert!(!picture(&[], 0.2).contains("wind"));
     }
 
     #[test]

@@ -42,7 +42,7 @@ use Better::{Higher, Lower};
 use Value::{Summary, World};
 
 /// Every figure, in the order of the summary.
-pub const FIGURES: [Figure; 45] = [
+pub const FIGURES: [Figure; 46] = [
     figure("settling_s", "settled after", Lower, Summary(|flight| flight.settling_s)),
     figure("recovery_max_s", "longest recovery from a fault", Lower, Summary(|flight| flight.recovery_max_s)),
     figure(
@@ -62,6 +62,12 @@ pub const FIGURES: [Figure; 45] = [
         "slot error over the second half, root mean square",
         Lower,
         Summary(|flight| flight.keeping_error_rms_m),
+    ),
+    figure(
+        "estimate_error_rms_m",
+        "own-position error over the second half, root mean square",
+        Lower,
+        Summary(|flight| flight.estimate_error_rms_m),
     ),
     figure(
         "neighbour_error_max_m",

@@ -9,7 +9,7 @@ use crate::{
     wind::Wind,
 };
 use nalgebra::{Point2, Vector2};
-use ringwing_flight::{Command, FailsafePath, FlightMode, Pose, Tick, UavId};
+use ringwing_flight::{Command, FailsafePath, FlightMode, Pose, Tick, Truth, UavId};
 use ringwing_scenario::{
     AirframeSection, Failsafe, Scenario, StartState,
     fault::schedule::{AirframeFailure, AirframeFault},
@@ -139,6 +139,17 @@ impl Airframe {
         self.wind_m_s
     }
 
+    /// How it flies, and the air there.
+    pub fn truth(&self) -> Truth {
+        Truth {
+            position_m: self.pose.position.into(),
+            heading_rad: self.pose.heading_rad,
+            speed_m_s: self.flown.speed_m_s,
+            turn_rate_rad_s: self.flown.turn_rate_rad_s,
+            wind_m_s: self.wind_m_s.into(),
+        }
+    }
+
     /// What flies it: commands, or its failsafe.
     pub fn mode(&self) -> FlightMode {
         self.mode
@@ -216,6 +227,8 @@ impl Airframe {
             match fault.failure.within(&self.abilities.limits) {
                 AirframeFailure::Weak(most_m_s) => self.failures.weak_m_s = Some(most_m_s),
                 AirframeFailure::Jammed(rate_rad_s) => self.failures.jammed_rad_s = Some(rate_rad_s),
+                // That is one of the sensors.
+                AirframeFailure::Drifting(_) => {}
             }
         }
     }

@@ -19,7 +19,7 @@
 //! Never knows processes, services or clocks: the same commands give the same flight and the same hash, to the bit.
 
 use crate::{Refusal, Sky};
-use ringwing_flight::{Collision, Command, Event, Sensed, Tick, Traffic, UavId, WorldReport};
+use ringwing_flight::{Collision, Command, Event, Sensed, Tick, Traffic, Truth, UavId, WorldReport};
 use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
 use std::collections::BTreeSet;
 use xxhash_rust::xxh3::Xxh3;
@@ -52,8 +52,8 @@ pub struct Sensing {
     pub sensed: Sensed,
     /// The other aircraft near it, if it has a collision filter.
     pub traffic: Option<Traffic>,
-    /// The velocity of the air there over the last tick, in m/s. Nobody senses it.
-    pub wind_m_s: [f64; 2],
+    /// How it truly flies. Nobody senses it.
+    pub truth: Truth,
 }
 
 /// How many airframes fly through a tick on a command of that tick, and how many on an older one.
@@ -119,7 +119,7 @@ impl Airspace {
             if let Some(traffic) = &traffic {
                 hash.update(bytemuck::bytes_of(traffic));
             }
-            Some(Sensing { sensed, traffic, wind_m_s: airframe.wind_m_s().into() })
+            Some(Sensing { sensed, traffic, truth: airframe.truth() })
         })
     }
 
@@ -263,10 +263,10 @@ mod tests {
         for _ in 0..2 {
             let sensed: Vec<Sensed> = airspace.open_tick().map(|sensing| sensing.sensed).collect();
             for one in &sensed {
-                // No obstacle moves here, so no velocity is hashed.
+                // No obstacle moves here, and no reading is old: neither is hashed.
                 let bytes = bytemuck::bytes_of(one);
                 expected.update(&bytes[..64]);
-                bytes[64..].chunks(48).for_each(|obstacle| expected.update(&obstacle[..32]));
+                bytes[64..448].chunks(48).for_each(|obstacle| expected.update(&obstacle[..32]));
             }
             for uav in 1..=UAVS {
                 expected.update(bytemuck::bytes_of(&command(uav, airspace.now())));

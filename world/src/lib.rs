@@ -1,7 +1,7 @@
 //! Time, airframes, obstacles, intruders and collisions.
 //!
 //! The pure part of the crate knows no process, service or clock: [`airframe`] is the body of one UAV, `response` how fast
-//! it does what it is told, `wind` the air around it, [`sky`] all of them among the obstacles, and [`airspace`] what a tick
+//! it does what it is told, `wind` the air around it, `sensors` what it senses of its own flight, [`sky`] all of them among the obstacles, and [`airspace`] what a tick
 //! does to them, with the report on the flight.
 //!
 //! [`process`] is the operating-system process that drives the airspace.
@@ -18,6 +18,7 @@ mod intruder;
 mod obstacle;
 pub mod process;
 mod response;
+mod sensors;
 pub mod sky;
 mod wind;
 

@@ -8,10 +8,11 @@ use crate::{
     encounters::Encounters,
     intruder::{Intruder, Radar},
     obstacle::Obstacle,
+    sensors::{Sensors, drifted},
 };
 use ringwing_flight::{
-    Aircraft, AircraftId, Command, Event, IntruderId, Sensed, SensedAircraft, SensedObstacle, Tick, Traffic,
-    UavId,
+    Aircraft, AircraftId, Command, Event, IntruderId, Pose, Sensed, SensedAircraft, SensedObstacle, Tick,
+    Traffic, UavId,
     payload::{MAX_SENSED_AIRCRAFT, MAX_SENSED_OBSTACLES},
 };
 use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
@@ -21,6 +22,8 @@ use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
 pub struct Sky {
     now: Tick,
     airframes: Vec<Airframe>,
+    /// Those of each UAV, UAV 1 first; empty if all are perfect.
+    sensors: Vec<Sensors>,
     airframe_faults: Vec<AirframeFault>,
     obstacles: Vec<Obstacle>,
     intruders: Vec<Intruder>,
@@ -48,6 +51,10 @@ impl Sky {
             now: Tick::APPROACH,
             collisions: Collisions::new(distance_m, near_miss_m, airframes.len()),
             encounters: Encounters::new(near_miss_m, distance_m),
+            sensors: airframes
+                .iter()
+                .filter_map(|airframe| Sensors::new(scenario, airframe.uav(), airframe.pose()))
+                .collect(),
             airframes,
             airframe_faults: scenario.schedule().airframe_faults(),
             obstacles: scenario.all_obstacles().iter().map(|one| Obstacle::new(one, approach_s)).collect(),
@@ -79,11 +86,16 @@ impl Sky {
             return None;
         }
         let (obstacles, obstacle_count, obstacles_omitted) = self.obstacles_near(airframe);
-        let (speed_m_s, turn_rate_rad_s) = airframe.rates();
+        let rates = airframe.rates();
+        let (pose, (speed_m_s, turn_rate_rad_s), [position_age_ticks, heading_age_ticks]) =
+            match self.sensors.get(uav.index()) {
+                None => (self.apparent_pose(airframe), rates, [0; 2]),
+                Some(one) => (one.pose(), one.rates(self.now, rates), one.ages_ticks(self.now)),
+            };
         Some(Sensed {
             tick: self.now,
-            position_m: airframe.pose().position.into(),
-            heading_rad: airframe.pose().heading_rad,
+            position_m: pose.position.into(),
+            heading_rad: pose.heading_rad,
             speed_m_s,
             turn_rate_rad_s,
             uav,
@@ -91,7 +103,25 @@ impl Sky {
             obstacle_count,
             obstacles_omitted,
             obstacles,
+            position_age_ticks,
+            heading_age_ticks,
         })
+    }
+
+    /// Where `airframe` seems to be, to sensors that may drift.
+    fn apparent_pose(&self, airframe: &Airframe) -> Pose {
+        let period_s = 1.0 / f64::from(self.rate_hz);
+        drifted(airframe.pose(), &self.airframe_faults, airframe.uav(), self.now, period_s)
+    }
+
+    /// Reads the sensors of every UAV.
+    fn read_sensors(&mut self) {
+        // Taken out for the loop, because each UAV's pose comes from the rest of the sky.
+        let mut sensors = std::mem::take(&mut self.sensors);
+        for (one, airframe) in sensors.iter_mut().zip(&self.airframes) {
+            one.advance(self.now, &self.apparent_pose(airframe));
+        }
+        self.sensors = sensors;
     }
 
     /// The obstacles whose edge is in range, nearest first; their count; and the count of those that did not fit.
@@ -200,6 +230,7 @@ impl Sky {
         let time_s = self.now.seconds(self.rate_hz);
         self.obstacles.iter_mut().for_each(|obstacle| obstacle.move_to(time_s));
         self.intruders.iter_mut().for_each(|intruder| intruder.move_to(time_s));
+        self.read_sensors();
         // Only now is everything at the same tick.
         let near = self.collisions.near(&self.airframes, &self.intruders);
         for (uav, with) in self.collisions.begun(&self.airframes, &self.obstacles, &near) {

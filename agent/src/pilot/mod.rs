@@ -1,7 +1,7 @@
 //! The pilot of one UAV: senses and received states go in, a command and the UAV's own state come out.
 //!
-//! `own_flight`, `neighbours`, `leader_estimate` and `wind_estimate` hold what the UAV knows of itself, of the others, of
-//! the leader and of the wind; `slots` holds where each UAV should be. Each tick the pilot puts all of that into a
+//! `own_flight`, `own_estimate`, `neighbours`, `leader_estimate` and `wind_estimate` hold what the UAV knows of itself, of the
+//! others, of the leader and of the wind; `slots` holds where each UAV should be. Each tick the pilot puts all of that into a
 //! [`Situation`], and what [steers](Steer) the UAV decides: the built-in law of `built_in`, or a user's controller.
 //!
 //! Never knows processes, services or clocks: the same inputs give the same outputs, to the bit.
@@ -13,6 +13,7 @@ mod forecast;
 mod gains;
 mod leader_estimate;
 mod neighbours;
+mod own_estimate;
 mod own_flight;
 mod situation;
 mod slot_motion;
@@ -35,6 +36,7 @@ use failsafe_plan::{FailsafePlan, Sight};
 use leader_estimate::LeaderEstimate;
 use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
+use own_estimate::OwnEstimate;
 use own_flight::OwnFlight;
 use ringwing_flight::{
     Account, Command, FormationFrame, LeaderState, Notes, Pose, Sensed, SensedObstacle, Tick, Traffic, UavId,
@@ -83,6 +85,7 @@ struct Knowledge {
     period_s: f64,
     timeout_ticks: i64,
     own: OwnFlight,
+    estimate: OwnEstimate,
     neighbours: Neighbours,
     /// The UAVs that are lost as of `revision`.
     lost: Vec<UavId>,
@@ -127,7 +130,7 @@ impl<S: Steer> Pilot<S> {
     pub fn receive_sensed(&mut self, senses: &Sensed) {
         // Another UAV's senses would make the pilot steer from a wrong position.
         if senses.uav == self.knowledge.uav && self.knowledge.own.receive(senses) {
-            self.knowledge.wind.observe(senses);
+            self.knowledge.take_in(senses);
         }
     }
 
@@ -168,7 +171,9 @@ impl<S: Steer> Pilot<S> {
         let senses = *knowledge.own.senses(now, timeout_ticks).ok_or(Undecided::NoSenses)?;
         let (reckoning, period_s) = (knowledge.dead_reckoning, knowledge.period_s);
         let wind_m_s = knowledge.wind.wind_m_s();
-        let own = knowledge.own.pose_at(&senses, now, reckoning, period_s, wind_m_s);
+        // A controller is told the bare readings as well, but every UAV flies by the estimate.
+        let improved = knowledge.estimate.improved(&senses);
+        let own = knowledge.own.pose_at(&improved, now, reckoning, period_s, wind_m_s);
         let leader = knowledge.leader.at(now, reckoning, period_s);
         if let Some(leader) = &leader {
             let sight = Sight { own, leader: leader.track, wind_m_s, obstacles: senses.obstacles() };
@@ -178,6 +183,8 @@ impl<S: Steer> Pilot<S> {
         let situation = knowledge.situation(now, own, &senses, leader, traffic);
         let steered = steering.steer(&situation).ok_or(Undecided::NotFinite)?;
         let (control, account) = filtered(filter.as_mut(), steered, &senses, &own, now, wind_m_s);
+        let account =
+            Account { estimate_m: own.position.into(), estimate_heading_rad: own.heading_rad, ..account };
         // If later senses are late, the own position is predicted from what was commanded here.
         knowledge.own.record_command(now, control);
         let command = knowledge.command(now, control);
@@ -225,6 +232,7 @@ impl Knowledge {
             period_s: scenario.period_s(),
             timeout_ticks,
             own: OwnFlight::default(),
+            estimate: OwnEstimate::new(scenario),
             neighbours: Neighbours::new(scenario, uav, timeout_ticks),
             lost: Vec::new(),
             leader: LeaderEstimate::default(),
@@ -233,6 +241,15 @@ impl Knowledge {
             failsafe: FailsafePlan::new(scenario, uav),
             // Revision 0 is the whole ring, and `Slots::new` begins with that.
             revision: 0,
+        }
+    }
+
+    /// Takes in the newest senses of the UAV itself.
+    fn take_in(&mut self, senses: &Sensed) {
+        self.estimate.observe(senses);
+        match self.estimate.wind_m_s() {
+            Some(wind_m_s) => self.wind.take(wind_m_s),
+            None => self.wind.observe(senses),
         }
     }
 

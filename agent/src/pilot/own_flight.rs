@@ -117,6 +117,8 @@ mod tests {
             obstacle_count: 0,
             obstacles_omitted: 0,
             obstacles: [SensedObstacle::default(); MAX_SENSED_OBSTACLES],
+            position_age_ticks: 0,
+            heading_age_ticks: 0,
         }
     }
 

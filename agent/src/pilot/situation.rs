@@ -25,9 +25,10 @@ pub struct Situation<'a> {
     pub uav: UavId,
     /// What the airframe can do, Eq. (2). A wish beyond these limits is cut to them.
     pub limits: Limits,
-    /// Where the UAV is: as sensed, and predicted to this tick if the scenario's dead reckoning is `"full"`.
+    /// Where the UAV takes itself to be: as sensed, or as estimated from all sensors with `control.pose_estimated`, and predicted to this
+    /// tick if the scenario's dead reckoning is `"full"`.
     pub own: Pose,
-    /// What the UAV has sensed last. Its tick is this one, unless a fault delays or loses senses.
+    /// What the UAV's sensors said last, with all their errors. Its tick is this one, unless a fault delays or loses senses.
     pub sensed: &'a Sensed,
     /// The previous and the next living UAV in the ring. In a ring of two, only one of them is there.
     pub neighbours: [Option<RingNeighbour<'a>>; 2],
@@ -130,6 +131,8 @@ impl Situation<'_> {
             slot_force_m: [0.0; 2],
             repulsion_m: [0.0; 2],
             wind_m_s: self.wind_m_s.into(),
+            estimate_m: self.own.position.into(),
+            estimate_heading_rad: self.own.heading_rad,
             potential_m2: 0.0,
             previous_age: age(self.track(0), self.tick),
             next_age: age(self.track(1), self.tick),

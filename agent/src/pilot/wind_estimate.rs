@@ -1,4 +1,4 @@
-//! A UAV's estimate of the wind: the mean wind that it is told, or what its own drift shows.
+//! A UAV's estimate of the wind: the mean wind that it is told, what its own drift shows, or what the filter of its own pose finds.
 //!
 //! Between two of its positions, a UAV has come as far as it flew through the air and the air carried it. The difference to
 //! the arc that speed and heading make is a sample of the wind, and a low-pass filter takes the noise out of the samples. The
@@ -18,6 +18,7 @@ const LONGEST_GAP_S: f64 = 0.5;
 #[derive(Debug, Clone)]
 pub(super) struct WindEstimate {
     wind_m_s: Vector2<f64>,
+    is_estimated: bool,
     /// `None` in still air, and for a UAV that does not estimate the wind from its drift.
     filter: Option<DriftFilter>,
 }
@@ -36,7 +37,7 @@ impl WindEstimate {
     /// What a UAV of `scenario` knows of the wind at first.
     pub(super) fn new(scenario: &Scenario) -> Self {
         let wind = &scenario.wind;
-        let is_estimated = scenario.control.wind_estimated && !wind.is_still();
+        let is_estimated = scenario.control.wind_estimated;
         let filter = DriftFilter {
             time_s: scenario.control.wind_time_s,
             period_s: scenario.period_s(),
@@ -46,7 +47,8 @@ impl WindEstimate {
         };
         Self {
             wind_m_s: if wind.known { wind.mean_m_s() } else { Vector2::zeros() },
-            filter: is_estimated.then_some(filter),
+            is_estimated,
+            filter: (is_estimated && !wind.is_still()).then_some(filter),
         }
     }
 
@@ -55,6 +57,14 @@ impl WindEstimate {
         let Some(filter) = &mut self.filter else { return };
         if let Some((sample_m_s, share)) = filter.sample(senses) {
             self.wind_m_s += (sample_m_s - self.wind_m_s) * share;
+        }
+    }
+
+    /// Takes over the wind that the filter of the UAV's own pose has found. It stands for errors of the sensors as well, so it is used in
+    /// still air, too.
+    pub(super) fn take(&mut self, wind_m_s: Vector2<f64>) {
+        if self.is_estimated {
+            self.wind_m_s = wind_m_s;
         }
     }
 
@@ -108,6 +118,8 @@ mod tests {
             obstacle_count: 0,
             obstacles_omitted: 0,
             obstacles: [SensedObstacle::default(); MAX_SENSED_OBSTACLES],
+            position_age_ticks: 0,
+            heading_age_ticks: 0,
         }
     }
 

@@ -83,6 +83,8 @@ fn senses(tick: i64) -> Sensed {
         obstacle_count: 0,
         obstacles_omitted: 0,
         obstacles: [SensedObstacle::default(); MAX_SENSED_OBSTACLES],
+        position_age_ticks: 0,
+        heading_age_ticks: 0,
     }
 }
 
@@ -326,4 +328,24 @@ fn notes_belong_to_the_tick_in_which_they_were_made_and_come_without_a_command_t
     let Ok(()) = agent.receive(late, &mut lists);
     agent.fly(late);
     assert_eq!(noted(&agent, 1000), None);
+}
+
+#[test]
+fn a_uav_tells_its_neighbours_and_the_log_what_it_estimates_and_not_what_it_reads() {
+    let mut scenario = Scenario::default();
+    scenario.sensors.position_noise_m = 1.0;
+    scenario.control.pose_estimated = true;
+    let mut agent = UavAgent::new(&scenario, UavId(1));
+    let mut lists = Lists { open: agent.listened().iter().copied().collect(), ..Lists::default() };
+    let mut answer = None;
+    for now in 0..20 {
+        // It flies east at 15 m/s, and the fix of the last tick is 3 m too far to the north.
+        let place = [0.15 * now as f64, if now == 19 { 3.0 } else { 0.0 }];
+        lists.sensed.push(Sensed { position_m: place, ..senses(now) });
+        answer = Some(step(&mut agent, &mut lists, now));
+    }
+    let Answer { state: Some(state), account: Some(account), .. } = answer.unwrap() else { panic!("flies") };
+    assert_eq!(state.position_m, account.estimate_m);
+    assert!((0.1..2.0).contains(&state.position_m[1]), "{:?}", state.position_m);
+    assert!((state.position_m[0] - 2.85).abs() < 0.1, "{:?}", state.position_m);
 }

@@ -184,9 +184,10 @@ typedef struct RingwingSituation {
   double time_s;
   /// The length of a tick.
   double period_s;
-  /// Where the UAV is: as sensed, and predicted to this tick if the scenario's dead reckoning is "full".
+  /// Where the UAV takes itself to be: as sensed, or as estimated from all sensors, and predicted to this tick if the scenario's dead
+  /// reckoning is "full".
   struct RingwingPose own;
-  /// What the UAV has sensed last of itself. Its age is 0, unless a fault delays or loses senses.
+  /// What the UAV's sensors said last of itself, with all their errors. Its age is 0, unless a fault delays or loses senses.
   struct RingwingTrack sensed;
   /// What the airframe can do.
   struct RingwingLimits limits;

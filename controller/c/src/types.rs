@@ -158,9 +158,10 @@ pub struct RingwingSituation {
     pub time_s: f64,
     /// The length of a tick.
     pub period_s: f64,
-    /// Where the UAV is: as sensed, and predicted to this tick if the scenario's dead reckoning is "full".
+    /// Where the UAV takes itself to be: as sensed, or as estimated from all sensors, and predicted to this tick if the scenario's dead
+    /// reckoning is "full".
     pub own: RingwingPose,
-    /// What the UAV has sensed last of itself. Its age is 0, unless a fault delays or loses senses.
+    /// What the UAV's sensors said last of itself, with all their errors. Its age is 0, unless a fault delays or loses senses.
     pub sensed: RingwingTrack,
     /// What the airframe can do.
     pub limits: RingwingLimits,

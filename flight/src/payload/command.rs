@@ -125,6 +125,10 @@ pub struct Account {
     pub repulsion_m: [f64; 2],
     /// The UAV's estimate of the wind, in m/s; zero if it assumes still air.
     pub wind_m_s: [f64; 2],
+    /// Where the UAV takes itself to be, in the local frame.
+    pub estimate_m: [f64; 2],
+    /// Where it takes its nose to point.
+    pub estimate_heading_rad: f64,
     /// `F_i`, Eq. (3), in m^2.
     pub potential_m2: f64,
     /// The speed that the law asks for, within the airframe's limits. It differs from `speed_m_s` only while the

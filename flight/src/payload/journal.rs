@@ -1,6 +1,6 @@
 //! What the world keeps for the log: everything that it sent in a tick, and everything that came back.
 
-use crate::{Account, LeaderState, Sensed, Tick, TickTiming};
+use crate::{Account, LeaderState, Sensed, Tick, TickTiming, Truth};
 use bytemuck::{Pod, Zeroable};
 
 /// What the journal says of a tick as a whole. A [`JournalEntry`] for each UAV follows, UAV 1 first.
@@ -47,8 +47,8 @@ pub struct JournalEntry {
     sensed: Sensed,
     /// What its agent commanded and why, if `has_account` is 1, else zero.
     account: Account,
-    /// The velocity of the air at the UAV over the last tick, if `is_in_sky` is 1. No agent is told.
-    wind_m_s: [f64; 2],
+    /// How it truly flew, if `is_in_sky` is 1, else zero.
+    truth: Truth,
     /// 1 if the UAV was in the sky, else 0.
     is_in_sky: u32,
     /// 1 if an account came, else 0.
@@ -66,9 +66,9 @@ impl JournalEntry {
         (self.is_in_sky == 1).then_some(&self.sensed)
     }
 
-    /// The velocity of the air at the UAV over the last tick, in m/s: zero in still air, and once it has left the sky.
-    pub fn wind_m_s(&self) -> [f64; 2] {
-        if self.is_in_sky == 1 { self.wind_m_s } else { [0.0; 2] }
+    /// How the UAV truly flew; `None` once it has left the sky.
+    pub fn truth(&self) -> Option<&Truth> {
+        (self.is_in_sky == 1).then_some(&self.truth)
     }
 
     /// What the UAV's agent commanded and why; `None` if it gave no command. In real time it may be the account of an
@@ -77,9 +77,9 @@ impl JournalEntry {
         (self.has_account == 1).then_some(&self.account)
     }
 
-    /// Takes what the UAV sensed, and the velocity of the air there in m/s.
-    pub fn set_sensed(&mut self, sensed: &Sensed, wind_m_s: [f64; 2]) {
-        (self.sensed, self.wind_m_s, self.is_in_sky) = (*sensed, wind_m_s, 1);
+    /// Takes what the UAV sensed, and how it truly flew.
+    pub fn set_sensed(&mut self, sensed: &Sensed, truth: &Truth) {
+        (self.sensed, self.truth, self.is_in_sky) = (*sensed, *truth, 1);
     }
 
     /// Takes the agent's account.

@@ -19,6 +19,7 @@ mod sensed;
 mod state;
 mod timing;
 mod traffic;
+mod truth;
 
 pub use command::{Account, AgeTicks, Avoided, Command};
 pub use event::EventMessage;
@@ -32,6 +33,7 @@ pub use sensed::{FlightMode, MAX_SENSED_OBSTACLES, Sensed, SensedObstacle};
 pub use state::{RUMOURS, Rumour, UavState};
 pub use timing::{FormationError, TickTiming};
 pub use traffic::{Aircraft, AircraftId, MAX_SENSED_AIRCRAFT, SensedAircraft, Traffic};
+pub use truth::Truth;
 
 use bytemuck::Pod;
 use std::fmt::Debug;
@@ -55,10 +57,10 @@ macro_rules! payloads {
 payloads! {
     LeaderState: "LeaderState.v1", 48;
     UavState: "UavState.v2", 120;
-    Sensed: "Sensed.v2", 448;
+    Sensed: "Sensed.v3", 456;
     Traffic: "Traffic.v1", 408;
     Command: "Command.v4", 32;
-    Account: "Account.v4", 224;
+    Account: "Account.v5", 248;
     TickTiming: "TickTiming.v1", 72;
     LinkCounts: "LinkCounts.v2", 80;
     Notes: "Notes.v1", 696;
@@ -66,5 +68,5 @@ payloads! {
     FormationError: "FormationError.v3", 24;
     EventMessage: "EventMessage.v1", 1024;
     JournalHeader: "JournalHeader.v1", 128;
-    JournalEntry: "JournalEntry.v4", 696;
+    JournalEntry: "JournalEntry.v5", 768;
 }

@@ -67,7 +67,8 @@ impl SensedObstacle {
     }
 }
 
-/// What the world lets one UAV sense of itself and of the obstacles near it, once a tick.
+/// What the world lets one UAV sense of itself and of the obstacles near it, once a tick: what its sensors say, errors
+/// included.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Sensed {
@@ -77,9 +78,9 @@ pub struct Sensed {
     pub position_m: [f64; 2],
     /// Heading from the x axis, counterclockwise, in (-pi, pi].
     pub heading_rad: f64,
-    /// Speed flown through the air over the last tick.
+    /// Speed through the air over the last tick.
     pub speed_m_s: f64,
-    /// Turn rate flown over the last tick.
+    /// Turn rate over the last tick.
     pub turn_rate_rad_s: f64,
     /// The UAV that senses this.
     pub uav: UavId,
@@ -91,15 +92,24 @@ pub struct Sensed {
     pub obstacles_omitted: u32,
     /// Obstacles in range, nearest first; the entries after `obstacle_count` are zero.
     pub obstacles: [SensedObstacle; MAX_SENSED_OBSTACLES],
+    /// How many ticks ago the position was measured: a receiver with a lower rate than the flight repeats its last fix.
+    pub position_age_ticks: u32,
+    /// How many ticks ago the heading was measured.
+    pub heading_age_ticks: u32,
 }
 
 impl Sensed {
     /// Passes on the bytes that a hash of the flight covers, in order.
     pub fn for_hashed_bytes(&self, mut update: impl FnMut(&[u8])) {
-        // `obstacles` has to stay the last field: the hash would miss one that follows it.
+        // `obstacles` and the ages have to stay the last fields: the hash would miss one that follows them.
         update(&bytemuck::bytes_of(self)[..std::mem::offset_of!(Self, obstacles)]);
         // One by one, because each obstacle decides how many of its bytes count.
         self.obstacles.iter().for_each(|obstacle| update(obstacle.hashed_bytes()));
+        // Flights with perfect sensors keep the hashes from before there were others.
+        let ages = [self.position_age_ticks, self.heading_age_ticks];
+        if ages != [0; 2] {
+            update(bytemuck::bytes_of(&ages));
+        }
     }
 
     /// The obstacles in range, nearest first.

@@ -334,9 +334,9 @@ mod tests {
         let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
         let found: Vec<_> =
             (1..=summary.channels.len() as u16).map(|id| &summary.channels[&id].topic).collect();
-        assert!(found.is_sorted() && found.len() == 2020);
+        assert!(found.is_sorted() && found.len() == 2022);
         assert!(found.iter().zip(topics::ALL).all(|(found, named)| *found == named));
-        assert_eq!(found[18], "/uav/0001/control");
+        assert_eq!(found[20], "/uav/0001/control");
     }
 
     #[test]

@@ -9,7 +9,8 @@ use super::{
 };
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{
-    Account, Aircraft, Avoided, FlightMode, LeaderState, LinkCounts, Notes, Sensed, UavId, direction,
+    Account, Aircraft, Avoided, FlightMode, LeaderState, LinkCounts, Notes, Pose, Sensed, Truth, UavId,
+    direction,
 };
 use ringwing_scenario::Scenario;
 
@@ -30,7 +31,7 @@ pub struct TickSamples {
     pub notes: Vec<Notes>,
 }
 
-/// What the recorder keeps of one airframe's [`Sensed`], which is much larger.
+/// What the recorder keeps of one airframe's [`Truth`] and of its [`Sensed`], which is much larger.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AirframeSample {
     /// True position.
@@ -41,6 +42,8 @@ pub struct AirframeSample {
     pub speed_m_s: f64,
     /// Turn rate flown over the last tick.
     pub turn_rate_rad_s: f64,
+    /// What its sensors say instead; `None` where they tell the truth to the bit.
+    pub measured: Option<MeasuredFlight>,
     /// Distance to the centre of the nearest obstacle in sensor range.
     pub obstacle_distance_m: Option<f64>,
     /// What controls it.
@@ -49,17 +52,41 @@ pub struct AirframeSample {
     pub wind_m_s: Option<[f64; 2]>,
 }
 
+/// What the sensors of a UAV say of its own flight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeasuredFlight {
+    /// The last fix of the position, east and north.
+    pub position_m: [f64; 2],
+    /// The last heading.
+    pub heading_rad: f64,
+    /// Speed through the air.
+    pub speed_m_s: f64,
+    /// Turn rate.
+    pub turn_rate_rad_s: f64,
+}
+
+impl MeasuredFlight {
+    /// What `sensed` says; `None` if that is the truth to the bit.
+    fn apart(sensed: &Sensed, truth: &Truth) -> Option<Self> {
+        let Sensed { position_m, heading_rad, speed_m_s, turn_rate_rad_s, .. } = *sensed;
+        let told = Truth { position_m, heading_rad, speed_m_s, turn_rate_rad_s, ..*truth };
+        (told != *truth).then_some(Self { position_m, heading_rad, speed_m_s, turn_rate_rad_s })
+    }
+}
+
 impl AirframeSample {
-    /// The sample of a UAV that senses this, in air of this velocity.
-    pub fn new(sensed: &Sensed, wind_m_s: [f64; 2]) -> Self {
-        let position = Point2::from(sensed.position_m);
+    /// The sample of a UAV that senses this and truly flies like that.
+    pub fn new(sensed: &Sensed, truth: &Truth) -> Self {
+        let position = Point2::from(truth.position_m);
+        let wind_m_s = truth.wind_m_s;
         // Obstacles are sorted, the nearest first. The d of Eq. (13) is measured to the centre.
         let distance = |centre: [f64; 2]| (Point2::from(centre) - position).norm();
         Self {
             position,
-            heading_rad: sensed.heading_rad,
-            speed_m_s: sensed.speed_m_s,
-            turn_rate_rad_s: sensed.turn_rate_rad_s,
+            heading_rad: truth.heading_rad,
+            speed_m_s: truth.speed_m_s,
+            turn_rate_rad_s: truth.turn_rate_rad_s,
+            measured: MeasuredFlight::apart(sensed, truth),
             obstacle_distance_m: sensed.obstacles().first().map(|obstacle| distance(obstacle.position_m)),
             mode: sensed.mode,
             wind_m_s: (wind_m_s != [0.0; 2]).then_some(wind_m_s),
@@ -149,12 +176,19 @@ pub struct TrueState {
     pub mode: FlightMode,
     /// The velocity of the air over the last tick, east and north; `None` where it was still.
     pub wind_m_s: Option<[f64; 2]>,
+    /// What its sensors say of its own flight; `None` where they tell the truth to the bit.
+    pub measured: Option<MeasuredFlight>,
 }
 
 impl TrueState {
     /// True position.
     pub fn position(&self) -> Point2<f64> {
         Point2::new(self.x_m, self.y_m)
+    }
+
+    /// True position and heading.
+    pub fn pose(&self) -> Pose {
+        Pose { position: self.position(), heading_rad: self.heading_rad }
     }
 
     /// The velocity over the ground: that through the air, along the heading, and that of the air.
@@ -230,6 +264,8 @@ pub struct ControlTerms {
     pub avoided: Option<AvoidedThing>,
     /// The agent's estimate of the wind; `None` while it assumes still air.
     pub wind_estimate_m_s: Option<[f64; 2]>,
+    /// Where the agent takes its UAV to be; `None` where that is the truth to the bit.
+    pub estimate: Option<Pose>,
 }
 
 /// What a collision filter avoids.
@@ -285,6 +321,10 @@ impl ControlTerms {
             wish_turn_rate_rad_s: account.wish_turn_rate_rad_s,
             avoided: AvoidedThing::of(account),
             wind_estimate_m_s: (account.wind_m_s != [0.0; 2]).then_some(account.wind_m_s),
+            estimate: Some(Pose {
+                position: account.estimate_m.into(),
+                heading_rad: account.estimate_heading_rad,
+            }),
         }
     }
 
@@ -335,15 +375,27 @@ impl Frame {
         self.notes.sort_by_key(|notes| notes.uav);
         // The ring is up to date by now: slots and neighbours come from it.
         for (uav, frame) in UavId::all(self.ring.uavs()).zip(&mut self.uavs) {
-            let control =
+            let state = true_state(uav, samples, &self.ring);
+            let mut control =
                 samples.accounts[uav.index()].as_ref().map(|account| ControlTerms::of(account, rate_hz));
-            *frame = UavFrame { state: true_state(uav, samples, &self.ring), control };
+            // With perfect senses the estimate is the truth, and need not be logged twice.
+            if let (Some(control), Some(state)) = (&mut control, &state) {
+                control.estimate = control.estimate.filter(|estimate| *estimate != state.pose());
+            }
+            *frame = UavFrame { state, control };
         }
     }
 
     /// The state of UAV `number`, if it flies on command.
     pub fn commanded(&self, number: u32) -> Option<&TrueState> {
         self.uavs.get(number as usize - 1)?.commanded()
+    }
+
+    /// The mean velocity of the air at the UAVs in the sky; `None` where it is still.
+    pub fn wind_m_s(&self) -> Option<Vector2<f64>> {
+        let winds = self.uavs.iter().filter_map(|uav| uav.state?.wind_m_s).map(Vector2::from);
+        let count = winds.clone().count();
+        (count > 0).then(|| winds.sum::<Vector2<f64>>() / count as f64)
     }
 
     /// All UAVs in the order of their slots.
@@ -363,6 +415,12 @@ impl Frame {
 }
 
 impl UavFrame {
+    /// How far its agent's estimate of its position is from the true one, in metres; `None` without a command.
+    pub fn estimate_error_m(&self) -> Option<f64> {
+        let (state, control) = (self.state.as_ref()?, self.control.as_ref()?);
+        Some(control.estimate.map_or(0.0, |estimate| (estimate.position - state.position()).norm()))
+    }
+
     /// How far its agent's estimate of the wind is from the true one, as the length of the difference; `None` in still air, and
     /// without a command.
     pub fn wind_error_m_s(&self) -> Option<f64> {
@@ -409,6 +467,7 @@ fn true_state(uav: UavId, samples: &TickSamples, ring: &FlownRing) -> Option<Tru
         obstacle_distance_m: airframe.obstacle_distance_m,
         mode: airframe.mode,
         wind_m_s: airframe.wind_m_s,
+        measured: airframe.measured,
     })
 }
 

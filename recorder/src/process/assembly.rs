@@ -49,7 +49,8 @@ impl Assembly {
             tick.has_journal = true;
             tick.timing = timing.then_some(header.timing);
             for (airframe, entry) in tick.samples.airframes.iter_mut().zip(entries.clone()) {
-                *airframe = entry.sensed().map(|sensed| AirframeSample::new(sensed, entry.wind_m_s()));
+                let known = entry.sensed().zip(entry.truth());
+                *airframe = known.map(|(sensed, truth)| AirframeSample::new(sensed, truth));
             }
         }
         // Leader and accounts carry their own ticks: in real time the world may get them late.
@@ -135,7 +136,8 @@ mod tests {
     fn put(assembly: &mut Assembly, tick: i64, uavs: &[u32], accounts: &[i64]) {
         let mut entries = [JournalEntry::empty(); 3];
         for uav in uavs {
-            entries[UavId(*uav).index()].set_sensed(&testing::sensed(tick, *uav, [0.0, 0.0]), [0.0; 2]);
+            let sensed = testing::sensed(tick, *uav, [0.0, 0.0]);
+            entries[UavId(*uav).index()].set_sensed(&sensed, &testing::truth(&sensed));
         }
         for (entry, tick) in entries.iter_mut().zip(accounts) {
             entry.set_account(&testing::account(*tick, 1));

@@ -16,6 +16,8 @@ pub const LEADER_POSE: &str = "/leader/pose";
 pub const LINKS: &str = "/links";
 /// Events as sentences, for viewers.
 pub const LOG: &str = "/log";
+/// Where agents take their UAVs to be, in 3D.
+pub const ESTIMATE_SCENE: &str = "/scene/estimates";
 /// The slots and the circle of the formation, in 3D.
 pub const FORMATION_SCENE: &str = "/scene/formation";
 /// The obstacles, in 3D.
@@ -28,6 +30,8 @@ pub const RING_SCENE: &str = "/scene/ring";
 pub const TRAIL_SCENE: &str = "/scene/trails";
 /// The UAVs, in 3D.
 pub const UAV_SCENE: &str = "/scene/uavs";
+/// The wind, in 3D.
+pub const WIND_SCENE: &str = "/scene/wind";
 /// The metrics of the moment.
 pub const SWARM_METRICS: &str = "/swarm/metrics";
 /// Every UAV in one message.
@@ -40,7 +44,7 @@ pub const TIMING: &str = "/timing";
 pub const TIMING_PERCENTILES: &str = "/timing/percentiles";
 
 /// All topics but those of single UAVs, in the order in which the log has its channels.
-pub const ALL: [&str; 18] = [
+pub const ALL: [&str; 20] = [
     EVENTS,
     FAULTS,
     LEADER_FIX,
@@ -48,12 +52,14 @@ pub const ALL: [&str; 18] = [
     LEADER_POSE,
     LINKS,
     LOG,
+    ESTIMATE_SCENE,
     FORMATION_SCENE,
     OBSTACLE_SCENE,
     PATH_SCENE,
     RING_SCENE,
     TRAIL_SCENE,
     UAV_SCENE,
+    WIND_SCENE,
     SWARM_METRICS,
     SWARM_STATE,
     TRANSFORMS,

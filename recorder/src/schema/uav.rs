@@ -2,8 +2,8 @@
 //!
 //! A frame that is read back from the first two equals the one that was written, to the bit.
 
-use crate::metrics::{AvoidedThing, ControlTerms, TrueState};
-use ringwing_flight::{FlightMode, Notes};
+use crate::metrics::{AvoidedThing, ControlTerms, MeasuredFlight, TrueState};
+use ringwing_flight::{FlightMode, Notes, Pose};
 
 /// Where a UAV is and how it flies, every tick: `/uav/001/state`.
 #[derive(Clone, PartialEq, foxglove::Encode, prost::Message)]
@@ -65,6 +65,21 @@ pub struct UavState {
     /// Speed over the ground. In still air that is the speed.
     #[prost(double, optional, tag = "19")]
     pub ground_speed_m_s: Option<f64>,
+    /// What the UAV's sensors say of its position, east; absent where they tell the truth, like all that they say.
+    #[prost(double, optional, tag = "20")]
+    pub measured_x_m: Option<f64>,
+    /// What they say of its position, north.
+    #[prost(double, optional, tag = "21")]
+    pub measured_y_m: Option<f64>,
+    /// What they say of its heading.
+    #[prost(double, optional, tag = "22")]
+    pub measured_heading_rad: Option<f64>,
+    /// What they say of its speed through the air.
+    #[prost(double, optional, tag = "23")]
+    pub measured_speed_m_s: Option<f64>,
+    /// What they say of its turn rate.
+    #[prost(double, optional, tag = "24")]
+    pub measured_turn_rate_rad_s: Option<f64>,
 }
 
 /// What an agent commanded and the terms behind it, every tick: `/uav/001/control`.
@@ -181,6 +196,15 @@ pub struct UavControl {
     /// The agent's estimate of the wind, north.
     #[prost(double, optional, tag = "36")]
     pub wind_estimate_y_m_s: Option<f64>,
+    /// Where the agent takes its UAV to be, east; absent where that is the truth, like all of this estimate.
+    #[prost(double, optional, tag = "37")]
+    pub estimate_x_m: Option<f64>,
+    /// Where the agent takes its UAV to be, north.
+    #[prost(double, optional, tag = "38")]
+    pub estimate_y_m: Option<f64>,
+    /// Where the agent takes its UAV to head.
+    #[prost(double, optional, tag = "39")]
+    pub estimate_heading_rad: Option<f64>,
 }
 
 /// What the controller of a UAV noted, in every tick with notes: `/uav/001/notes`.
@@ -239,6 +263,11 @@ impl UavState {
             wind_y_m_s: state.wind_m_s.map(|[_, y]| y),
             course_rad: state.wind_m_s.map(|_| state.course_rad()),
             ground_speed_m_s: state.wind_m_s.map(|_| state.velocity_m_s().norm()),
+            measured_x_m: state.measured.map(|measured| measured.position_m[0]),
+            measured_y_m: state.measured.map(|measured| measured.position_m[1]),
+            measured_heading_rad: state.measured.map(|measured| measured.heading_rad),
+            measured_speed_m_s: state.measured.map(|measured| measured.speed_m_s),
+            measured_turn_rate_rad_s: state.measured.map(|measured| measured.turn_rate_rad_s),
         }
     }
 
@@ -261,7 +290,17 @@ impl UavState {
             mode: FlightMode::from_name(&self.mode),
             // Course and ground speed follow from the rest.
             wind_m_s: self.wind_x_m_s.zip(self.wind_y_m_s).map(Into::into),
+            measured: self.measured(),
         }
+    }
+
+    fn measured(&self) -> Option<MeasuredFlight> {
+        Some(MeasuredFlight {
+            position_m: [self.measured_x_m?, self.measured_y_m?],
+            heading_rad: self.measured_heading_rad?,
+            speed_m_s: self.measured_speed_m_s?,
+            turn_rate_rad_s: self.measured_turn_rate_rad_s?,
+        })
     }
 }
 
@@ -311,6 +350,9 @@ impl UavControl {
             avoided_turn_rad: control.avoided.map(|avoided| avoided.turn_rad),
             wind_estimate_x_m_s: control.wind_estimate_m_s.map(|[x, _]| x),
             wind_estimate_y_m_s: control.wind_estimate_m_s.map(|[_, y]| y),
+            estimate_x_m: control.estimate.map(|estimate| estimate.position.x),
+            estimate_y_m: control.estimate.map(|estimate| estimate.position.y),
+            estimate_heading_rad: control.estimate.map(|estimate| estimate.heading_rad),
         }
     }
 
@@ -346,7 +388,13 @@ impl UavControl {
                 turn_rad: self.avoided_turn_rad.unwrap_or_default(),
             }),
             wind_estimate_m_s: self.wind_estimate_x_m_s.zip(self.wind_estimate_y_m_s).map(Into::into),
+            estimate: self.estimate(),
         }
+    }
+
+    fn estimate(&self) -> Option<Pose> {
+        let position = [self.estimate_x_m?, self.estimate_y_m?].into();
+        Some(Pose { position, heading_rad: self.estimate_heading_rad? })
     }
 }
 
@@ -385,6 +433,22 @@ mod tests {
         assert!((message.course_rad.unwrap() - (20.0_f64 / 15.0).atan()).abs() < 1e-12);
         assert_eq!(message.state(), *state);
         let control = ControlTerms { wind_estimate_m_s: Some([1.0, 18.5]), ..ControlTerms::default() };
+        assert_eq!(UavControl::of(7, 1, &control).terms(), control);
+    }
+
+    #[test]
+    fn what_sensors_say_and_agents_believe_comes_back() {
+        let mut frame = testing::at_rest(&testing::ring_of(3, 40.0), 7);
+        let state = frame.uavs[0].state.as_mut().unwrap();
+        state.measured = Some(MeasuredFlight {
+            position_m: [1.0, -2.0],
+            heading_rad: 0.1,
+            speed_m_s: 14.5,
+            turn_rate_rad_s: 0.01,
+        });
+        assert_eq!(UavState::of(7, state).state(), *state);
+        let estimate = Some(Pose { position: [3.0, 4.0].into(), heading_rad: -0.1 });
+        let control = ControlTerms { estimate, ..ControlTerms::default() };
         assert_eq!(UavControl::of(7, 1, &control).terms(), control);
     }
 

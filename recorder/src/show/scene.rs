@@ -5,16 +5,20 @@
 //! written only when they change; the formation and the links are locked to the leader's frame.
 
 mod craft;
+mod estimates;
 mod movers;
 mod ring;
 mod surroundings;
 mod trails;
+mod wind;
 
-pub(crate) use craft::CraftScene;
+pub(crate) use craft::{CraftScene, SPAN};
+pub(crate) use estimates::estimates;
 pub(crate) use movers::{Mover, movers, obstacle_frame};
 pub(crate) use ring::ring;
 pub(crate) use surroundings::{formation, leader_path, obstacles};
 pub(crate) use trails::Trails;
+pub(crate) use wind::wind;
 
 use super::palette::Rgb;
 use crate::{clock::Clock, metrics::Frame, schema::topics::padded};

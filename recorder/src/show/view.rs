@@ -23,7 +23,7 @@ use ringwing_scenario::Scenario;
 
 /// Coordinate frames, the swarm's state and metrics, and the leader's pose: smooth to the eye.
 const STATES_HZ: u32 = 20;
-/// Links of the ring, whose colours show ages of data.
+/// Links of the ring, whose colours show ages of data, and estimates and wind.
 const LINKS_HZ: u32 = 5;
 /// Trails, the largest message: each repeats its whole length.
 const TRAILS_HZ: u32 = 1;
@@ -42,12 +42,14 @@ pub struct TickView {
     pub(crate) leader_fix: Option<LocationFix>,
     pub(crate) map: Option<GeoJson>,
     pub(crate) leader_pose: Option<PoseInFrame>,
+    pub(crate) estimates: Option<SceneUpdate>,
     pub(crate) formation: Option<SceneUpdate>,
     pub(crate) obstacles: Option<SceneUpdate>,
     pub(crate) path: Option<SceneUpdate>,
     pub(crate) ring: Option<SceneUpdate>,
     pub(crate) trails: Option<SceneUpdate>,
     pub(crate) uavs: Option<SceneUpdate>,
+    pub(crate) wind: Option<SceneUpdate>,
     pub(crate) metrics: Option<SwarmMetrics>,
     pub(crate) state: Option<SwarmState>,
     pub(crate) transforms: Option<FrameTransforms>,
@@ -60,6 +62,8 @@ pub(crate) struct Viewer {
     clock: Clock,
     /// L of the whole ring, m.
     spacing_m: f64,
+    /// The distance of the farthest slot from the leader, m.
+    reach_m: f64,
     scenario: Scenario,
     path: LeaderPath,
     movers: Vec<Mover>,
@@ -74,6 +78,8 @@ pub(crate) struct Viewer {
     /// The ring as last drawn; `None` before the first view.
     drawn: Option<LivingRing>,
     timing: TimingWatch,
+    /// Whether the last scene of estimates showed any.
+    shows_estimates: bool,
     craft: CraftScene,
     trails: Trails,
 }
@@ -85,6 +91,7 @@ impl Viewer {
         Self {
             clock,
             spacing_m: formation.spacing_m(),
+            reach_m: scenario.reach_m(),
             scenario: scenario.clone(),
             path: scenario.leader_path(),
             movers: scene::movers(scenario),
@@ -95,6 +102,7 @@ impl Viewer {
             shown: None,
             drawn: None,
             timing: TimingWatch::default(),
+            shows_estimates: false,
             craft: CraftScene::new(formation.count(), formation.spacing_m()),
             trails: Trails::new(formation.count(), clock),
         }
@@ -127,6 +135,7 @@ impl Viewer {
             leader_fix: due(MAP_HZ).and(frame.leader).map(|leader| self.earth.leader_fix(&leader, clock)),
             map: due(MAP_HZ).map(|()| self.earth.uavs_on_map(frame, clock)),
             leader_pose: due(STATES_HZ).and(frame.leader).map(|leader| leader_pose(&leader, clock)),
+            estimates: due(LINKS_HZ).and_then(|()| self.estimates(frame)),
             formation: self.formation(frame),
             // What never changes is written once: a viewer that seeks shows the last message of every topic before
             // that time.
@@ -136,11 +145,19 @@ impl Viewer {
             ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
             trails: due(TRAILS_HZ).map(|()| self.trails.scene(frame)),
             uavs: self.craft.scene(frame, &self.watch, clock),
+            wind: due(LINKS_HZ).and_then(|()| scene::wind(frame, self.spacing_m, self.reach_m, clock)),
             metrics: due(STATES_HZ).map(|()| SwarmMetrics::of(moment, &frame.ring)),
             state: due(STATES_HZ).map(|()| SwarmState::of(frame)),
             transforms: due(STATES_HZ).map(|()| scene::transforms(frame, &self.movers, clock)),
             timing: due(TIMING_HZ).and_then(|()| self.timing.take(tick)),
         }
+    }
+
+    /// Where agents take their UAVs to be, and once nothing when all of them know it again.
+    fn estimates(&mut self, frame: &Frame) -> Option<SceneUpdate> {
+        let scene = scene::estimates(frame, scene::SPAN * self.spacing_m, self.clock);
+        let shown_before = std::mem::replace(&mut self.shows_estimates, !scene.entities.is_empty());
+        (self.shows_estimates || shown_before).then_some(scene)
     }
 
     /// The ring that is flown, if it changed.
@@ -208,6 +225,19 @@ mod tests {
         assert_eq!((count(|v| v.ring.is_some()), count(|v| v.trails.is_some())), (10, 2));
         assert_eq!((count(|v| v.map.is_some()), count(|v| v.leader_fix.is_some())), (2, 2));
         assert_eq!(views[1], TickView::default());
+    }
+
+    #[test]
+    fn estimates_are_shown_while_agents_err_and_removed_once_when_they_know_again() {
+        let scenario = testing::ring_of(3, 40.0);
+        let mut frames = testing::flight(&scenario, 0..100);
+        for frame in &mut frames[20..50] {
+            frame.uavs[1].control.as_mut().unwrap().estimate = Some(frame.uavs[0].state.unwrap().pose());
+        }
+        let views = views(&scenario, &frames);
+        let shown: Vec<_> =
+            views.iter().filter_map(|view| Some(view.estimates.as_ref()?.entities.len())).collect();
+        assert_eq!(shown, [1, 1, 0]);
     }
 
     #[test]

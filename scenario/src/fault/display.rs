@@ -2,7 +2,9 @@
 //!
 //! Never checks a fault.
 
-use super::{Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets};
+use super::{
+    Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, SensorDrift, Targets,
+};
 use std::fmt::{self, Display, Formatter};
 
 impl Display for Fault {
@@ -50,6 +52,7 @@ impl ProcessFault {
             Self::Slow { .. } => "slow",
             Self::Weaken { .. } => "weaken",
             Self::Jam { .. } => "jam",
+            Self::Drift { .. } => "drift",
         }
     }
 
@@ -64,6 +67,18 @@ impl ProcessFault {
             Self::Jam { turn_rate_rad_s, for_s } => {
                 format!(" turn at {}/s{}", angle(turn_rate_rad_s), duration(for_s))
             }
+            Self::Drift { drift, for_s } => format!(" {drift}{}", duration(for_s)),
+        }
+    }
+}
+
+impl Display for SensorDrift {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Position { speed_m_s, toward_rad } => {
+                write!(f, "position at {speed_m_s} m/s toward {}", angle(*toward_rad))
+            }
+            Self::Heading { rate_rad_s } => write!(f, "heading at {}/s", angle(*rate_rad_s)),
         }
     }
 }

@@ -3,12 +3,13 @@
 //! Never checks a fault against a swarm: whether the UAVs named exist is [`Action::refusal`]'s question.
 
 use super::{
-    Action, Delay, Fault, FaultSyntaxError, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets,
+    Action, Delay, Fault, FaultSyntaxError, LinkImpairment, Links, ProcessFault, Receiver, Sender,
+    SensorDrift, Targets,
     lexer::{Lexer, Parsed},
 };
 use std::str::FromStr;
 
-const ACTIONS: [&str; 14] = [
+const ACTIONS: [&str; 15] = [
     "kill",
     "stop",
     "freeze",
@@ -19,6 +20,7 @@ const ACTIONS: [&str; 14] = [
     "slow",
     "weaken",
     "jam",
+    "drift",
     "link",
     "partition",
     "isolate",
@@ -138,12 +140,25 @@ fn process_fault(verb: &str, words: &mut Lexer<'_>) -> Parsed<ProcessFault> {
             words.expect("to")?;
             ProcessFault::Weaken { to_m_s: words.speed_m_s()?, for_s: for_s(words)? }
         }
-        // "jam", the last of the process faults in ACTIONS.
-        _ => {
+        "jam" => {
             ["turn", "at"].into_iter().try_for_each(|word| words.expect(word))?;
             ProcessFault::Jam { turn_rate_rad_s: words.turn_rate_rad_s()?, for_s: for_s(words)? }
         }
+        // "drift", the last of the process faults in ACTIONS.
+        _ => ProcessFault::Drift { drift: drift(words)?, for_s: for_s(words)? },
     })
+}
+
+/// `position at 0.5 m/s toward 90 deg`, or `heading at 1 deg/s`.
+fn drift(words: &mut Lexer<'_>) -> Parsed<SensorDrift> {
+    let sensor = words.choose(&["position", "heading"])?;
+    words.expect("at")?;
+    if sensor == "heading" {
+        return Ok(SensorDrift::Heading { rate_rad_s: words.turn_rate_rad_s()? });
+    }
+    let speed_m_s = words.speed_m_s()?;
+    words.expect("toward")?;
+    Ok(SensorDrift::Position { speed_m_s, toward_rad: words.angle_rad()? })
 }
 
 fn targets(words: &mut Lexer<'_>) -> Parsed<Targets> {

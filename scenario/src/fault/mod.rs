@@ -108,12 +108,36 @@ pub enum ProcessFault {
         /// Duration in seconds; `None` lasts to the end of the flight.
         for_s: Option<f64>,
     },
+    /// What a sensor says wanders away from the truth. When the fault ends, the error is gone at once.
+    Drift {
+        /// Which sensor, and how fast.
+        drift: SensorDrift,
+        /// Duration in seconds; `None` lasts to the end of the flight.
+        for_s: Option<f64>,
+    },
+}
+
+/// How the readings of a sensor wander away from the truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SensorDrift {
+    /// Those of the position, as when a satellite receiver is spoofed.
+    Position {
+        /// Speed of the error, in m/s.
+        speed_m_s: f64,
+        /// Its direction, counted like a heading, in radians.
+        toward_rad: f64,
+    },
+    /// Those of the heading.
+    Heading {
+        /// Rate of the error, counterclockwise, in rad/s.
+        rate_rad_s: f64,
+    },
 }
 
 impl ProcessFault {
-    /// Whether it is one of the airframe, which no process notices.
+    /// Whether it is one of the airframe or its sensors, which no process notices.
     pub fn is_of_airframe(&self) -> bool {
-        matches!(self, Self::Weaken { .. } | Self::Jam { .. })
+        matches!(self, Self::Weaken { .. } | Self::Jam { .. } | Self::Drift { .. })
     }
 }
 

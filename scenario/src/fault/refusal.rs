@@ -66,6 +66,9 @@ impl ProcessFault {
             (Targets::Leader | Targets::Recorder, Self::Weaken { .. } | Self::Jam { .. }) => {
                 "only UAVs have airframes: name UAVs, such as \"weaken uav 3 to 14 m/s\""
             }
+            (Targets::Leader | Targets::Recorder, Self::Drift { .. }) => {
+                "only UAVs have sensors: name UAVs, such as \"drift uav 3 heading at 1 deg/s\""
+            }
             _ => return None,
         };
         Some(reason.into())

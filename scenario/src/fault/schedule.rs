@@ -3,7 +3,7 @@
 //!
 //! Never depends on how a run goes: the same faults, seed and swarm give the same schedule in every process.
 
-use super::{Action, Fault, LinkImpairment, Links, ProcessFault, Targets};
+use super::{Action, Fault, LinkImpairment, Links, ProcessFault, SensorDrift, Targets};
 use crate::AirframeSection;
 use ringwing_flight::{Event, LinkSource, Part, ProcessAction, Tick, TimedEvent, UavId, draw::Draws};
 
@@ -51,7 +51,7 @@ impl LinkFault {
     }
 }
 
-/// A broken airframe, and the ticks for which it is broken.
+/// A broken airframe or sensor, and the ticks for which it is broken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AirframeFault {
     /// Which of the run's faults it is, counted from 1 in the order of the scenario; added ones come last.
@@ -66,13 +66,15 @@ pub struct AirframeFault {
     pub failure: AirframeFailure,
 }
 
-/// What a broken airframe cannot do.
+/// What a broken airframe cannot do, or how its sensors err.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AirframeFailure {
     /// Fly faster than this, in m/s.
     Weak(f64),
     /// Turn at another rate than this, in rad/s.
     Jammed(f64),
+    /// Measure its position or its heading without this error, which grows with time.
+    Drifting(SensorDrift),
 }
 
 impl AirframeFailure {
@@ -84,6 +86,7 @@ impl AirframeFailure {
         match self {
             Self::Weak(most_m_s) => Self::Weak(most_m_s.max(limits.speed_min_m_s)),
             Self::Jammed(rate_rad_s) => Self::Jammed(rate_rad_s.clamp(-turn_rate_max, turn_rate_max)),
+            Self::Drifting(drift) => Self::Drifting(drift),
         }
     }
 }
@@ -248,7 +251,10 @@ impl FaultSchedule<'_> {
             }
             // No process acts on another here: the agent delays its own answers, see `slow_answers`, and the world breaks
             // airframes, see `airframe_faults`.
-            ProcessFault::Slow { .. } | ProcessFault::Weaken { .. } | ProcessFault::Jam { .. } => Vec::new(),
+            ProcessFault::Slow { .. }
+            | ProcessFault::Weaken { .. }
+            | ProcessFault::Jam { .. }
+            | ProcessFault::Drift { .. } => Vec::new(),
         }
     }
 
@@ -298,7 +304,7 @@ impl FaultSchedule<'_> {
         self.process_faults().into_iter().flat_map(slow).collect()
     }
 
-    /// The airframes that are broken, and when.
+    /// The airframes and sensors that are broken, and when.
     pub fn airframe_faults(&self) -> Vec<AirframeFault> {
         let broken = |AssignedFault { number, tick: begin, fault, parts, .. }: AssignedFault| {
             let (failure, for_s) = match fault {
@@ -306,6 +312,7 @@ impl FaultSchedule<'_> {
                 ProcessFault::Jam { turn_rate_rad_s, for_s } => {
                     (AirframeFailure::Jammed(turn_rate_rad_s), for_s)
                 }
+                ProcessFault::Drift { drift, for_s } => (AirframeFailure::Drifting(drift), for_s),
                 _ => return Vec::new(),
             };
             let end = for_s.map(|for_s| self.tick_after(begin, for_s));
@@ -331,7 +338,9 @@ impl FaultSchedule<'_> {
         for AssignedFault { tick, fault, sentence, .. } in self.process_faults() {
             let (event, for_s) = match fault {
                 ProcessFault::Slow { for_s, .. } => (Event::SlowFault { sentence: sentence.clone() }, for_s),
-                ProcessFault::Weaken { for_s, .. } | ProcessFault::Jam { for_s, .. } => {
+                ProcessFault::Weaken { for_s, .. }
+                | ProcessFault::Jam { for_s, .. }
+                | ProcessFault::Drift { for_s, .. } => {
                     (Event::AirframeFault { sentence: sentence.clone() }, for_s)
                 }
                 _ => continue,

@@ -1,6 +1,6 @@
 use super::{
-    Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, Targets, next_words,
-    schedule::FaultSchedule,
+    Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, SensorDrift, Targets,
+    next_words, schedule::FaultSchedule,
 };
 use proptest::{collection::vec, option, prelude::*};
 use ringwing_flight::{LinkSource, Part, ProcessAction, Tick, TimedEvent, UavId};
@@ -56,11 +56,11 @@ fn every_spelling_of_a_fault_is_written_back_in_one_form() {
 const SYNTAX_ERRORS: [(&str, &str); 25] = [
     (
         "",
-        "the sentence is empty: expected kill, stop, freeze, thaw, start, restart, flap, slow, weaken, jam, link, partition, isolate or heal",
+        "the sentence is empty: expected kill, stop, freeze, thaw, start, restart, flap, slow, weaken, jam, drift, link, partition, isolate or heal",
     ),
     (
         "kil uav 3",
-        "word 1, \"kil\": did you mean kill? Expected kill, stop, freeze, thaw, start, restart, flap, slow, weaken, jam, link, partition, isolate or heal",
+        "word 1, \"kil\": did you mean kill? Expected kill, stop, freeze, thaw, start, restart, flap, slow, weaken, jam, drift, link, partition, isolate or heal",
     ),
     ("kill", "after \"kill\": expected uav, random, all, leader, recorder or world"),
     ("kill 3", "word 2, \"3\": expected uav, random, all, leader, recorder or world"),
@@ -305,6 +305,15 @@ fn fault() -> impl Strategy<Value = ProcessFault> {
         (0.1..100.0, option::of(time())).prop_map(|(to_m_s, for_s)| ProcessFault::Weaken { to_m_s, for_s }),
         (-3.0..3.0, option::of(time()))
             .prop_map(|(turn_rate_rad_s, for_s)| ProcessFault::Jam { turn_rate_rad_s, for_s }),
+        (drift(), option::of(time())).prop_map(|(drift, for_s)| ProcessFault::Drift { drift, for_s }),
+    ]
+}
+
+fn drift() -> impl Strategy<Value = SensorDrift> {
+    prop_oneof![
+        (0.01..9.0, -6.0..6.0)
+            .prop_map(|(speed_m_s, toward_rad)| SensorDrift::Position { speed_m_s, toward_rad }),
+        (-3.0..3.0).prop_map(|rate_rad_s| SensorDrift::Heading { rate_rad_s }),
     ]
 }
 

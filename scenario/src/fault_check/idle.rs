@@ -6,7 +6,7 @@
 use crate::{
     Action, Fault, Scenario,
     fault::{
-        Links, Receiver, Sender, idle_reason, rounded_delay,
+        Links, Receiver, Sender, SensorDrift, idle_reason, rounded_delay,
         schedule::{AirframeFailure, LinkFault, SlowAnswers},
     },
 };
@@ -102,13 +102,24 @@ impl IdleFaults {
         }
     }
 
-    /// Airframes that are broken to what they can do anyway.
+    /// Airframes that are broken to what they can do anyway, and sensors that drift nowhere.
     fn note_airframes(&mut self, scenario: &Scenario) {
         let most_m_s = scenario.airframe.speed_max_m_s;
         for fault in scenario.schedule().airframe_faults() {
-            if matches!(fault.failure, AirframeFailure::Weak(to_m_s) if to_m_s >= most_m_s) {
-                self.reasons.insert(fault.number, format!("no airframe is faster than {most_m_s} m/s"));
-            }
+            let reason = match fault.failure {
+                AirframeFailure::Weak(to_m_s) if to_m_s >= most_m_s => {
+                    format!("no airframe is faster than {most_m_s} m/s")
+                }
+                AirframeFailure::Drifting(SensorDrift::Heading { rate_rad_s: 0.0 }) => {
+                    "its magnitude is 0".into()
+                }
+                // The first reading with an error is that of the tick after the fault begins.
+                AirframeFailure::Drifting(_) if fault.end == Some(fault.begin.next()) => {
+                    "it ends before the error grows".into()
+                }
+                _ => continue,
+            };
+            self.reasons.insert(fault.number, reason);
         }
     }
 
@@ -264,6 +275,8 @@ mod tests {
             ),
             ("at 5 s weaken uav 3 to 25 m/s", "no airframe is faster than 25 m/s"),
             ("at 95 s jam uav 3 turn at 5 deg/s", "it begins at 95 s"),
+            ("at 5 s drift uav 3 heading at 0 deg/s", "its magnitude is 0"),
+            ("at 5 s drift uav 3 position at 1 m/s toward 0 deg for 10 ms", "it ends before the error grows"),
             ("at 5 s heal all", "there is nothing to heal then"),
             ("at 5 s thaw uav 3", "uav 3 is not frozen"),
             ("at 5 s start leader", "leader is there already"),
@@ -288,6 +301,7 @@ mod tests {
             "at 5 s isolate 3",
             "at 5 s weaken uav 3 to 14 m/s",
             "at 5 s jam uav 3 turn at 0 deg/s for 2 s",
+            "at 5 s drift uav 3 position at 0.5 m/s toward 90 deg for 20 ms",
         ] {
             let idle = reason(sentence).filter(|warning| warning.starts_with("the fault will"));
             assert_eq!(idle, None, "{sentence}");

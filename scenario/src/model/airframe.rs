@@ -77,7 +77,7 @@ pub enum Failsafe {
     Vanish,
 }
 
-/// `[sensing]`: what each UAV can sense.
+/// `[sensing]`: what each UAV can sense around itself.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SensingSection {

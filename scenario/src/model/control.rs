@@ -32,8 +32,11 @@ pub struct ControlSection {
     /// Estimate the wind from the UAV's own drift, which is its way over the ground less its way through the air, and fly with
     /// that. Without this, a UAV flies with the mean wind if it is told, and otherwise assumes still air.
     pub wind_estimated: bool,
-    /// Time over which that drift is averaged.
+    /// Time over which that drift is averaged. Has no effect while a UAV estimates its own pose: that filter weighs by itself.
     pub wind_time_s: f64,
+    /// Estimate the UAV's own pose, and the wind, from all of its sensors. Without this, a UAV takes itself to be where it was
+    /// measured last. Has no effect while the sensors are perfect.
+    pub pose_estimated: bool,
     /// Close the ring after a loss and open it on a return, as [`MembershipSection`] says.
     pub ring_closes: bool,
     /// Depart from the law's wish where its path is not clear of other aircraft and obstacles, as [`SafetySection`] says.
@@ -57,6 +60,7 @@ impl Default for ControlSection {
             force_limited,
             turn_feed_forward,
             wind_estimated,
+            pose_estimated,
             ring_closes,
             collision_filter,
         } = Law::Paper.switches();
@@ -72,6 +76,7 @@ impl Default for ControlSection {
             wind_estimated,
             // Longer averages out more noise of positions, and follows gusts later.
             wind_time_s: 0.5,
+            pose_estimated,
             ring_closes,
             collision_filter,
             // G of Section 4.1. The paper gives no k: below 40 a UAV hits obstacle 2 of Section 4.2, and a much larger
@@ -114,6 +119,7 @@ impl Law {
             force_limited: on,
             turn_feed_forward: on,
             wind_estimated: on,
+            pose_estimated: on,
             ring_closes: on,
             collision_filter: on,
         }
@@ -136,6 +142,8 @@ pub struct LawSwitches {
     pub turn_feed_forward: bool,
     /// See [`ControlSection::wind_estimated`].
     pub wind_estimated: bool,
+    /// See [`ControlSection::pose_estimated`].
+    pub pose_estimated: bool,
     /// See [`ControlSection::ring_closes`].
     pub ring_closes: bool,
     /// See [`ControlSection::collision_filter`].

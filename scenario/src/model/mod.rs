@@ -12,6 +12,7 @@ mod leader_path;
 mod manoeuvre;
 mod mission;
 mod process;
+mod sensors;
 mod start;
 mod surroundings;
 mod wind;
@@ -27,6 +28,7 @@ pub use mission::{
     ShapeName, TimeSection, WaypointSection,
 };
 pub use process::{IpcSection, SupervisionSection, Wake};
+pub use sensors::SensorsSection;
 pub use start::{DrawSection, StartSection, StartState};
 pub use surroundings::{IntruderSection, ObstacleFieldSection, ObstacleSection};
 pub use wind::WindSection;
@@ -70,8 +72,10 @@ pub struct Scenario {
     pub airframe: AirframeSection,
     /// Where on the earth the swarm flies.
     pub georeference: GeoreferenceSection,
-    /// What each UAV can sense.
+    /// What each UAV can sense around itself.
     pub sensing: SensingSection,
+    /// How well each UAV senses its own flight.
+    pub sensors: SensorsSection,
     /// The air that the swarm flies in.
     pub wind: WindSection,
     /// How long the run waits for a process.
@@ -257,6 +261,7 @@ impl Default for Scenario {
             airframe: AirframeSection::default(),
             georeference: GeoreferenceSection::default(),
             sensing: SensingSection::default(),
+            sensors: SensorsSection::default(),
             wind: WindSection::default(),
             supervision: SupervisionSection::default(),
             ipc: IpcSection::default(),

@@ -125,7 +125,7 @@ mod tests {
             refusal("paper-4.3"),
             format!(
                 "scenario \"paper-4.3\": did you mean paper-4.2? There is no such preset, and no such file in {}: give a preset (paper-4.1, paper-4.2, vee, shape-change, dropout, \
-                 dropout-return, delay, lossy, partition, leader-loss, storm, field, traffic, racetrack, gusts) or the path of a scenario file",
+                 dropout-return, delay, lossy, partition, leader-loss, storm, field, traffic, racetrack, gusts, sensors) or the path of a scenario file",
                 folder.display()
             )
         );

@@ -46,7 +46,7 @@ braking_distance_m = 20
         problems(text, &settings),
         r#"
 wind.toml:2: name: the name has characters other than letters, digits, "-", "_" and ".": give a name for a folder, such as "paper-4.2"
-wind.toml:3: colour: no such key; the keys here are agents, airframe, control, description, faults, formation, georeference, intruders, ipc, leader, manoeuvres, membership, name, obstacle_field, obstacles, requirements, safety, seed, sensing, start, supervision, time, wind
+wind.toml:3: colour: no such key; the keys here are agents, airframe, control, description, faults, formation, georeference, intruders, ipc, leader, manoeuvres, membership, name, obstacle_field, obstacles, requirements, safety, seed, sensing, sensors, start, supervision, time, wind
 wind.toml:5: time.duration_s: "90 s" is text: give a number of seconds without a unit, such as 90.0
 wind.toml:6: time.rate_hz: 99.5 is not a whole number: give a whole number of hertz, such as 100
 wind.toml:8: formation.uavs: 2 is outside 3 to 1024: give a value in this range

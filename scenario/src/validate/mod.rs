@@ -8,6 +8,7 @@ mod intruders;
 mod leader_path;
 mod manoeuvres;
 mod places;
+mod sensors;
 #[cfg(test)]
 mod tests;
 mod violation;
@@ -61,6 +62,7 @@ pub(crate) fn violations(scenario: &Scenario) -> Vec<Violation> {
     violations.extend(membership(scenario));
     violations.extend(safety(scenario));
     violations.extend(sensing(scenario));
+    violations.extend(sensors::quantities(scenario));
     violations.extend(wind::quantities(scenario));
     violations.extend(leader(scenario));
     violations.extend(leader_path::leader_path(scenario));

@@ -44,7 +44,7 @@ fn the_defaults_and_the_example_are_valid() {
 type Change = fn(&mut Scenario, f64);
 
 /// The key, how to set it, values that are just valid, and values that are not.
-const BOUNDS: [(&str, Change, &[f64], &[f64]); 54] = [
+const BOUNDS: [(&str, Change, &[f64], &[f64]); 60] = [
     ("time.duration_s", |s, v| s.time.duration_s = v, &[0.01, 86_400.0], &[0.0, -1.0, 86_401.0]),
     ("time.rate_hz", |s, v| s.time.rate_hz = v as u32, &[2.0, 1000.0], &[0.0, 1001.0]),
     ("formation.uavs", |s, v| s.formation.uavs = v as u32, &[3.0, 1024.0], &[2.0, 1025.0]),
@@ -56,6 +56,12 @@ const BOUNDS: [(&str, Change, &[f64], &[f64]); 54] = [
     ("formation.columns", |s, v| s.formation.columns = v as u32, &[0.0, 1024.0], &[1025.0]),
     ("control.formation_gain", |s, v| s.control.formation_gain = v, &[1e-9], &[0.0, -1.0]),
     ("control.slot_gain", |s, v| s.control.slot_gain = v, &[1e-9], &[0.0, -1.0]),
+    ("sensors.position_rate_hz", |s, v| s.sensors.position_rate_hz = v, &[0.0, 100.0], &[-1.0]),
+    ("sensors.position_noise_m", |s, v| s.sensors.position_noise_m = v, &[0.0, 1000.0], &[-0.1, 1001.0]),
+    ("sensors.position_bias_time_s", |s, v| s.sensors.position_bias_time_s = v, &[0.1], &[0.0]),
+    ("sensors.position_dropout", |s, v| s.sensors.position_dropout = v, &[0.0, 0.99], &[-0.1, 1.0]),
+    ("sensors.heading_noise_deg", |s, v| s.sensors.heading_noise_deg = v, &[0.0, 180.0], &[-1.0, 181.0]),
+    ("sensors.airspeed_bias_m_s", |s, v| s.sensors.airspeed_bias_m_s = v, &[0.0, 100.0], &[-1.0, 101.0]),
     ("control.obstacle_gain_m", |s, v| s.control.obstacle_gain_m = v, &[0.0], &[-1e-9]),
     ("control.heading_gain_rad_per_m", |s, v| s.control.heading_gain_rad_per_m = v, &[1e-9], &[0.0]),
     ("control.trust_time_s", |s, v| s.control.trust_time_s = v, &[1e-9, 3600.0], &[0.0, 3601.0]),

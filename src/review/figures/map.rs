@@ -1,8 +1,10 @@
 //! The trajectories of the whole flight from above.
 
-use super::{ALARM, DRAWN_UAVS, FlightFigure, GREY, LEADER, colour, detail, name_of, paper, points, times};
+use super::{
+    ALARM, DRAWN_UAVS, FlightFigure, GREY, LEADER, WIND, colour, detail, name_of, paper, points, times,
+};
 use crate::review::{
-    flight::{LoggedFlight, UavColumns},
+    flight::{Column, LoggedFlight, UavColumns},
     table::Table,
 };
 use ringwing_drawing::{
@@ -10,7 +12,7 @@ use ringwing_drawing::{
     chart::{Chart, Curve, Mark, Stroke, Symbol},
 };
 use ringwing_flight::{IntruderId, Route, RoutePoint, UavId};
-use ringwing_recorder::show::circle;
+use ringwing_recorder::show::{arrow, circle};
 use ringwing_scenario::{IntruderSection, ObstacleSection};
 
 /// Moments at which the formation is drawn, as shares of the flight. More cover each other and the trajectories; with fewer,
@@ -81,7 +83,22 @@ fn lines(flight: &LoggedFlight) -> Vec<Curve> {
     lines.extend(
         moments(flight).map(|tick| Curve { name: name.into(), ..path(GREY, formation(flight, tick)) }),
     );
+    lines.extend(moments(flight).filter_map(|tick| wind(flight, tick)));
     lines
+}
+
+/// The arrow of the mean wind beside the formation at a tick; `None` without a mean wind or a leader.
+fn wind(flight: &LoggedFlight, tick: usize) -> Option<Curve> {
+    let mean_m_s = flight.scenario.wind.mean_m_s();
+    // The log holds the leader's position less often than there are ticks.
+    let known = |column: &Column| column.get(..=tick)?.iter().rev().flatten().next().copied();
+    let centre = [known(&flight.leader_x_m)?, known(&flight.leader_y_m)?].into();
+    (mean_m_s.norm() > 0.0).then(|| {
+        let (spacing_m, reach_m) = (flight.scenario.formation.spacing_m, flight.scenario.reach_m());
+        let places = arrow::of_wind(mean_m_s, centre, spacing_m, reach_m);
+        let points = places.map(|place| Some((place.x, place.y)));
+        Curve { name: "mean wind".into(), ..path(WIND, points.into()) }
+    })
 }
 
 fn path(colour: RGBColor, points: Vec<Option<(f64, f64)>>) -> Curve {

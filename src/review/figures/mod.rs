@@ -32,6 +32,8 @@ const LINE_DETAIL: (usize, usize) = (150, 2000);
 const GREY: RGBColor = RGBColor(0x77, 0x77, 0x77);
 // Green, as in Fig. 3 of the paper.
 const LEADER: RGBColor = RGBColor(0x00, 0x80, 0x00);
+/// The wind: a blue that none of the first UAVs has on white paper.
+const WIND: RGBColor = RGBColor(0x1f, 0x5f, 0xbf);
 pub(super) const ALARM: RGBColor = RGBColor(0xd5, 0x5e, 0x00);
 const TIME: &str = "time, s";
 /// The scenarios of the paper's simulations.
@@ -61,6 +63,9 @@ pub(super) fn all(flight: &LoggedFlight) -> Vec<FlightFigure> {
     if !flight.scenario.wind.is_still() {
         figures.extend(wind(flight));
     }
+    // Where agents know exactly where their UAVs are, there is nothing to draw.
+    let measured = flight.summary.flight.as_ref().and_then(|flown| flown.estimate_error_rms_m);
+    figures.extend(measured.map(|_| estimate_errors(flight)));
     // Drawn circles have none of their own: there may be dozens.
     for (number, obstacle) in (1..).zip(&flight.scenario.obstacles) {
         figures.extend(obstacle::figures(flight, number, obstacle));
@@ -166,6 +171,17 @@ fn wind(flight: &LoggedFlight) -> [FlightFigure; 2] {
         ),
     ]
     .map(FlightFigure::on_axis_from_zero)
+}
+
+fn estimate_errors(flight: &LoggedFlight) -> FlightFigure {
+    OverTime::of_uavs(flight, |uav| &uav.estimate_error_m)
+        .figure(
+            "estimate-errors",
+            "Own-position error",
+            "How far each UAV is from where its agent takes it to be, because of its sensors or of late data.",
+            "error, m",
+        )
+        .on_axis_from_zero()
 }
 
 fn slot_errors(flight: &LoggedFlight) -> FlightFigure {

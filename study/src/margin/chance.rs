@@ -12,6 +12,7 @@ pub(super) fn depends_on_seed(scenario: &Scenario) -> bool {
     scenario.start.uavs.is_empty()
         || !scenario.obstacle_field.is_empty()
         || scenario.wind.turbulence_m_s > 0.0
+        || scenario.sensors.are_random()
         || has_noisy_senses(scenario)
         || scenario.faults.iter().any(|fault| draws(&fault.action))
 }
@@ -78,6 +79,8 @@ mod tests {
         assert!(changed(|s| s.start.uavs.clear()));
         assert!(changed(|s| s.obstacle_field.circles = 1));
         assert!(changed(|s| s.wind.turbulence_m_s = 7.7), "the seed decides the gusts");
+        assert!(changed(|s| s.sensors.heading_noise_deg = 1.0));
+        assert!(!changed(|s| s.sensors.heading_rate_hz = 10.0));
         assert!(!changed(|s| s.sensing.radar_noise_m = 1.0), "nobody looks");
         assert!(changed(|s| (s.control.collision_filter, s.sensing.radar_noise_m) = (true, 1.0)));
     }

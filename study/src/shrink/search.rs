@@ -280,7 +280,8 @@ fn end_s(fault: &Fault) -> f64 {
             ProcessFault::Freeze { for_s }
             | ProcessFault::Slow { for_s, .. }
             | ProcessFault::Weaken { for_s, .. }
-            | ProcessFault::Jam { for_s, .. } => for_s,
+            | ProcessFault::Jam { for_s, .. }
+            | ProcessFault::Drift { for_s, .. } => for_s,
             ProcessFault::Restart { after_s } => Some(after_s),
             ProcessFault::Flap { for_s, .. } => Some(for_s),
             ProcessFault::Kill | ProcessFault::Stop | ProcessFault::Thaw | ProcessFault::Start => None,

@@ -6,7 +6,9 @@
 //! Must never delay the opening of a tick, and costs nothing while nobody records.
 
 use ringwing_bus::{BusError, JournalWriter, Member};
-use ringwing_flight::{Account, JournalEntry, JournalHeader, LeaderState, Sensed, Tick, TickTiming, UavId};
+use ringwing_flight::{
+    Account, JournalEntry, JournalHeader, LeaderState, Sensed, Tick, TickTiming, Truth, UavId,
+};
 
 /// The journal, open at the present tick.
 pub(super) struct Journal {
@@ -60,11 +62,11 @@ impl Journal {
         self.filling.is_wanted
     }
 
-    /// Notes what a UAV senses, and the velocity of the air there in m/s.
-    pub(super) fn note_sensed(&mut self, sensed: &Sensed, wind_m_s: [f64; 2]) {
+    /// Notes what a UAV senses, and how it truly flies.
+    pub(super) fn note_sensed(&mut self, sensed: &Sensed, truth: &Truth) {
         // This is called for every UAV in every tick, so it copies nothing while nobody records.
         if self.filling.is_wanted {
-            self.filling.entries[sensed.uav.index()].set_sensed(sensed, wind_m_s);
+            self.filling.entries[sensed.uav.index()].set_sensed(sensed, truth);
         }
     }
 

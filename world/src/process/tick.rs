@@ -29,12 +29,12 @@ impl<P: TickProbe> World<'_, P> {
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
         self.refresh_faults()?;
         self.ports.begin_journal(now);
-        for Sensing { sensed, traffic, wind_m_s } in self.airspace.open_tick() {
+        for Sensing { sensed, traffic, truth } in self.airspace.open_tick() {
             if let Some(traffic) = traffic {
                 self.ports.traffic[sensed.uav.index()].post(now, traffic, stamps);
             }
             self.ports.sensed[sensed.uav.index()].post(now, sensed, stamps);
-            self.ports.journal.note_sensed(&sensed, wind_m_s);
+            self.ports.journal.note_sensed(&sensed, &truth);
         }
         self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
         // Read the roster as late as possible, so that the tick does not wait for a process that has just ended.

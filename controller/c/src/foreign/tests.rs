@@ -24,6 +24,8 @@ fn sensed(obstacles: u32) -> Sensed {
         obstacle_count: obstacles,
         obstacles_omitted: 9,
         obstacles: [OBSTACLE; _],
+        position_age_ticks: 0,
+        heading_age_ticks: 0,
     }
 }
 

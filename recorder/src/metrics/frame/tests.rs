@@ -4,6 +4,11 @@ use super::*;
 use crate::testing;
 use ringwing_flight::SensedObstacle;
 
+/// The sample of a UAV with perfect sensors that sense this.
+fn sample(sensed: &Sensed) -> AirframeSample {
+    AirframeSample::new(sensed, &testing::truth(sensed))
+}
+
 #[test]
 fn terms_are_rounded_as_the_log_has_them_and_missing_data_have_no_age() {
     let third = 1.0 / 3.0;
@@ -31,8 +36,8 @@ fn a_frame_measures_from_true_positions() {
     let mut sensed = testing::sensed(0, 1, [east, 4.0]);
     sensed.obstacle_count = 1;
     sensed.obstacles[0] = SensedObstacle { position_m: [east, 16.0], ..SensedObstacle::default() };
-    samples.airframes[0] = Some(AirframeSample::new(&sensed, [0.0; 2]));
-    samples.airframes[3] = Some(AirframeSample::new(&testing::sensed(0, 4, [east, -2.0]), [0.0; 2]));
+    samples.airframes[0] = Some(sample(&sensed));
+    samples.airframes[3] = Some(sample(&testing::sensed(0, 4, [east, -2.0])));
     let mut frame = Frame::new(&scenario);
     frame.refill(&samples, 100);
     let state = frame.uavs[0].state.unwrap();
@@ -56,7 +61,7 @@ fn a_closed_ring_is_that_of_the_uavs_that_fly_on_command() {
         if number == 2 {
             sensed.mode = FlightMode::LOITER;
         }
-        samples.airframes[number as usize - 1] = Some(AirframeSample::new(&sensed, [0.0; 2]));
+        samples.airframes[number as usize - 1] = Some(sample(&sensed));
     }
     let mut frame = Frame::new(&scenario);
     frame.refill(&samples, 100);
@@ -76,7 +81,7 @@ fn in_the_leaders_frame_slots_turn_with_its_heading() {
     let leader = testing::leader(0, [100.0, 0.0]);
     samples.leader = Some(LeaderState { heading_rad: std::f64::consts::FRAC_PI_2, ..leader });
     // The slot of UAV 1 lies behind the leader, which heads north.
-    samples.airframes[0] = Some(AirframeSample::new(&testing::sensed(0, 1, [103.0, -radius]), [0.0; 2]));
+    samples.airframes[0] = Some(sample(&testing::sensed(0, 1, [103.0, -radius])));
     let mut frame = Frame::new(&scenario);
     frame.refill(&samples, 100);
     assert!((frame.uavs[0].state.unwrap().slot_error_m.unwrap() - 3.0).abs() < 1e-9);
@@ -86,9 +91,33 @@ fn in_the_leaders_frame_slots_turn_with_its_heading() {
 fn without_a_leader_there_is_no_slot() {
     let scenario = testing::ring_of(3, 10.0);
     let mut samples = TickSamples::new(3);
-    samples.airframes[1] = Some(AirframeSample::new(&testing::sensed(0, 2, [1.0, 2.0]), [0.0; 2]));
+    samples.airframes[1] = Some(sample(&testing::sensed(0, 2, [1.0, 2.0])));
     let mut frame = Frame::new(&scenario);
     frame.refill(&samples, 100);
     let state = frame.uavs[1].state.as_ref().unwrap();
     assert_eq!((state.slot_m, state.slot_error_m, state.leader_distance_m), (None, None, None));
+}
+
+#[test]
+fn errors_count_from_the_truth_whatever_the_sensors_say_and_the_agent_believes() {
+    let scenario = testing::ring_of(3, 40.0);
+    let mut samples = TickSamples::new(3);
+    let sensed = testing::sensed(0, 1, [3.0, 4.0]);
+    let truth = Truth { position_m: [0.0, 0.0], ..testing::truth(&sensed) };
+    samples.airframes[0] = Some(AirframeSample::new(&sensed, &truth));
+    samples.accounts[0] = Some(Account { estimate_m: [0.0, 2.0], ..testing::account(0, 1) });
+    samples.airframes[1] = Some(sample(&testing::sensed(0, 2, [1.0, 0.0])));
+    samples.accounts[1] = Some(Account { estimate_m: [1.0, 0.0], ..testing::account(0, 2) });
+    let mut frame = Frame::new(&scenario);
+    frame.refill(&samples, 100);
+    let state = frame.uavs[0].state.unwrap();
+    assert_eq!((state.x_m, state.y_m), (0.0, 0.0));
+    assert_eq!(state.measured.unwrap().position_m, [3.0, 4.0]);
+    assert_eq!(frame.uavs[0].estimate_error_m(), Some(2.0));
+    // UAV 2 senses the truth and believes it, so nothing is there to be logged.
+    assert_eq!(
+        (frame.uavs[1].state.unwrap().measured, frame.uavs[1].control.unwrap().estimate),
+        (None, None)
+    );
+    assert_eq!((frame.uavs[1].estimate_error_m(), frame.uavs[2].estimate_error_m()), (Some(0.0), None));
 }

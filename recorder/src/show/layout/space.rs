@@ -10,13 +10,15 @@ use ringwing_scenario::{ObstacleSection, Scenario};
 use serde_json::{Map, Value, json};
 
 /// Topics of the 3D panel. Viewers hide topics that a layout does not list.
-const SCENES: [&str; 6] = [
+const SCENES: [&str; 8] = [
+    topics::ESTIMATE_SCENE,
     topics::FORMATION_SCENE,
     topics::OBSTACLE_SCENE,
     topics::PATH_SCENE,
     topics::RING_SCENE,
     topics::TRAIL_SCENE,
     topics::UAV_SCENE,
+    topics::WIND_SCENE,
 ];
 /// Distance of the camera as a multiple of the largest distance from the leader at the start. A smaller one cuts off the
 /// last aircraft in the first view; a larger one makes the formed ring too small.

@@ -22,7 +22,7 @@ use ringwing_flight::FlightMode;
 
 /// Wing span as a share of the distance between neighbours. Smaller aircraft are hard to see when the whole ring is in
 /// view; larger ones hide their neighbours.
-const SPAN: f64 = 0.2;
+pub(crate) const SPAN: f64 = 0.2;
 /// Height of names. Larger names of neighbours overlap when the whole ring is in view.
 const NAME_PIXELS: f64 = 15.0;
 
@@ -210,7 +210,7 @@ fn name(uav: u32, condition: Condition, mode: FlightMode) -> String {
 }
 
 /// The complete outline of an aircraft of span 1.
-fn outline() -> impl Iterator<Item = (f64, f64)> {
+pub(super) fn outline() -> impl Iterator<Item = (f64, f64)> {
     let right = OUTLINE[1..OUTLINE.len() - 1].iter().rev().map(|(x, y)| (*x, -y));
     OUTLINE.iter().copied().chain(right)
 }
