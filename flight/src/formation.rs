@@ -217,6 +217,19 @@ mod tests {
     }
 
     #[test]
+    fn the_farthest_slot_and_the_widest_pair_of_ring_neighbours_tell_how_large_a_formation_is() {
+        let size = |formation: Formation| (formation.reach_m(), formation.widest_m());
+        let is = |found: (f64, f64), expected: (f64, f64)| {
+            (found.0 - expected.0).abs() < 1e-9 && (found.1 - expected.1).abs() < 1e-9
+        };
+        assert!(is(size(shaped(Shape::Ring, 6)), (40.0, 40.0)));
+        // The ends of a line are ring neighbours, too.
+        assert!(is(size(shaped(Shape::Echelon { sweep_rad: 0.3 }, 5)), (80.0, 160.0)));
+        let places = vec![Vector2::new(30.0, 0.0), Vector2::new(0.0, 40.0), Vector2::new(0.0, 0.0)];
+        assert!(is(size(shaped(Shape::Offsets(places), 3)), (40.0, 50.0)));
+    }
+
+    #[test]
     fn a_formation_with_another_bearing_is_turned() {
         let shape = || Shape::Vee { sweep_rad: 0.5 };
         let (east, north) = (shaped(shape(), 6), Formation::shaped(shape(), 6, 40.0, -PI / 2.0));

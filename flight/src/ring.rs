@@ -273,6 +273,23 @@ mod tests {
     }
 
     #[test]
+    fn neighbours_on_both_sides_of_a_gap_that_stays_open_are_as_far_apart_as_their_slots() {
+        let slots = ring(6, OnLoss::KeepSlots, &[2]);
+        assert!((slots.rest_m(1, 3) - 40.0 * 3_f64.sqrt()).abs() < 1e-9);
+        assert!((slots.rest_m(3, 4) - 40.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn whoever_is_left_at_the_end_of_a_line_stays_there() {
+        let line = Formation::shaped(Shape::Echelon { sweep_rad: 0.3 }, 6, 40.0, PI);
+        let mut left = LivingRing::whole(line, RingOrder::by_number(6), Some(OnLoss::KeepSpacing));
+        left.reform(|number| number > 3);
+        for number in 4..=6 {
+            assert_eq!(left.slot(number), original(&left, number), "uav {number}");
+        }
+    }
+
+    #[test]
     fn fewer_than_three_keep_their_own_slots() {
         for lost in [&[1, 2, 4, 5][..], &[1, 2, 3, 4, 5], &[1, 2, 3, 4, 5, 6]] {
             let left = ring(6, OnLoss::KeepSpacing, lost);

@@ -109,3 +109,42 @@ impl Slot {
         if share >= 1.0 { *to } else { Self::Plane(self.offset().lerp(&to.offset(), share)) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    const HERE: CirclePlace = CirclePlace { bearing_rad: 1.0, radius_m: 40.0 };
+    const THERE: CirclePlace = CirclePlace { bearing_rad: -1.0, radius_m: 80.0 };
+    const STRETCH: Stretch = Stretch { ahead_rad: 0.5, along: 2.0, across: 1.5 };
+
+    fn on_ellipse(place: CirclePlace) -> Slot {
+        Slot::Ellipse { place, stretch: STRETCH }
+    }
+
+    #[test]
+    fn a_stretch_acts_along_and_across_the_direction_of_the_formation() {
+        let offset = |bearing_rad: f64| on_ellipse(CirclePlace { bearing_rad, radius_m: 10.0 }).offset();
+        assert!((offset(0.5) - direction(0.5) * 20.0).norm() < 1e-9, "ahead");
+        assert!((offset(0.5 + PI / 2.0) - direction(0.5 + PI / 2.0) * 15.0).norm() < 1e-9, "to the left");
+    }
+
+    #[test]
+    fn a_slot_goes_round_the_centre_if_both_places_are_on_the_same_kind_of_curve() {
+        let quarter = CirclePlace { bearing_rad: 0.5, radius_m: 50.0 };
+        assert_eq!(Slot::Circle(HERE).towards(&Slot::Circle(THERE), 0.25), Slot::Circle(quarter));
+        assert_eq!(on_ellipse(HERE).towards(&on_ellipse(THERE), 0.25), on_ellipse(quarter));
+    }
+
+    #[test]
+    fn between_different_curves_a_slot_moves_straight() {
+        let wider = Slot::Ellipse { place: THERE, stretch: Stretch { across: 3.0, ..STRETCH } };
+        for (from, to) in [(Slot::Circle(HERE), on_ellipse(THERE)), (on_ellipse(HERE), wider)] {
+            let middle = (from.offset() + to.offset()) / 2.0;
+            let Slot::Plane(halfway) = from.towards(&to, 0.5) else { panic!("not straight") };
+            assert!((halfway - middle).norm() < 1e-9);
+            assert_eq!(from.towards(&to, 1.0), to, "the end is exact");
+        }
+    }
+}

@@ -105,6 +105,16 @@ mod tests {
     }
 
     #[test]
+    fn millimetres_decide_who_gets_which_slot() {
+        let slots = [Point2::new(0.0, 0.0), Point2::new(40.0, 0.0)];
+        let order = |one_m: f64, other_m: f64| {
+            least_squares(&[Point2::new(one_m, 0.0), Point2::new(other_m, 0.0)], &slots)
+        };
+        assert_eq!(order(20.0, 20.001), RingOrder::new(vec![1, 2]));
+        assert_eq!(order(20.001, 20.0), RingOrder::new(vec![2, 1]));
+    }
+
+    #[test]
     fn far_starts_do_not_overflow() {
         let mut scenario = starting_in_slots(&[2, 1, 3]);
         scenario.start.uavs[0].position_m = [1e12, -1e12];

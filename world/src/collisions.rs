@@ -140,6 +140,16 @@ mod tests {
     }
 
     #[test]
+    fn uavs_at_just_the_distance_have_not_collided_and_are_not_near() {
+        // On a line across their heading, where no step rounds the distance.
+        let flying = airframes(&[[0.0, 0.0], [0.0, 2.0], [0.0, 7.0]]);
+        let mut collisions = Collisions::new(2.0, 5.0, 3);
+        assert_eq!(begun(&mut collisions, &flying), []);
+        let near: Vec<_> = collisions.near(&flying, &[]).iter().map(|one| (one.uav, one.with)).collect();
+        assert_eq!(near, [(UavId(1), Collider::Uav(UavId(2)))], "the third is 5 m away");
+    }
+
+    #[test]
     fn a_uav_collides_with_an_obstacle_at_its_edge() {
         let obstacle = ObstacleSection::standing("mast", [0.0, 0.0], 10.0, 20.0);
         let mut collisions = Collisions::new(2.0, 2.0, 2);

@@ -123,6 +123,22 @@ mod tests {
     }
 
     #[test]
+    fn a_limit_alone_ends_at_what_is_wanted_to_the_bit() {
+        // A gap after which rounding leaves a rest: 9e-5 / 0.7 * 0.7 is not 9e-5.
+        let lag = Lag::new(0.0, 0.7);
+        assert_eq!(lag.after(9e-5, 0.0, 0.01), 0.0);
+    }
+
+    #[test]
+    fn an_airframe_is_instant_only_if_speed_and_turn_rate_both_are() {
+        let lagging = |speed_lag_s, turn_lag_s| {
+            let section = AirframeSection { speed_lag_s, turn_lag_s, ..AirframeSection::default() };
+            Response::new(&section).is_instant()
+        };
+        assert!(!lagging(0.5, 0.0) && !lagging(0.0, 0.5));
+    }
+
+    #[test]
     fn without_lag_and_limit_what_is_wanted_is_flown_to_the_bit() {
         assert!(Response::new(&AirframeSection::default()).is_instant());
         assert_eq!(step_response(0.0, 0.0, 1), [20.0]);

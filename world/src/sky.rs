@@ -282,7 +282,7 @@ impl Nearest {
 mod tests {
     use super::*;
     use ringwing_flight::Collider;
-    use ringwing_scenario::{IntruderSection, ObstacleSection};
+    use ringwing_scenario::{IntruderSection, ObstacleSection, fault::schedule::AirframeFailure};
 
     fn mast(number: u32, x: f64) -> ObstacleSection {
         ObstacleSection::standing(format!("mast {number}"), [x, 0.0], 1.0, 5.0)
@@ -446,6 +446,39 @@ mod tests {
         assert_eq!(events.len(), 3, "{events:?}");
         assert!(events.iter().all(|one| matches!(one, Event::Failsafe { .. })));
         assert_eq!(sky.senses(UavId(1)), None);
+    }
+
+    #[test]
+    fn a_failure_of_an_airframe_that_is_added_in_flight_acts_on_its_own_uav_while_it_lasts() {
+        let mut sky = sky_at_origin(Vec::new());
+        let begin = Tick(sky.now().0 + 2);
+        let failure = AirframeFailure::Weak(13.0);
+        sky.set_airframe_faults(vec![AirframeFault {
+            number: 1,
+            uav: UavId(2),
+            begin,
+            end: Some(begin.next()),
+            failure,
+        }]);
+        let speeds = [(); 4].map(|()| {
+            sky.step();
+            [0, 1].map(|index: usize| sky.airframes()[index].rates().0)
+        });
+        assert_eq!(speeds, [[15.0, 15.0], [15.0, 15.0], [15.0, 13.0], [15.0, 15.0]]);
+    }
+
+    #[test]
+    fn a_near_miss_that_lasts_to_the_end_of_the_flight_is_reported_there() {
+        let mut scenario = Scenario::default();
+        scenario.formation.uavs = 3;
+        let at = |y: f64| StartState { position_m: [0.0, y], heading_deg: 0.0, speed_m_s: 15.0 };
+        let mut sky = Sky::new(&scenario, &[at(0.0), at(5.0), at(100.0)]);
+        assert_eq!((0..10).flat_map(|_| sky.step()).count(), 0);
+        let events = sky.end_encounters();
+        let [Event::NearMiss { uav, with, distance_m, .. }] = events.as_slice() else {
+            panic!("{events:?}");
+        };
+        assert_eq!((*uav, *with, *distance_m), (UavId(1), Collider::Uav(UavId(2)), 5.0));
     }
 
     #[test]

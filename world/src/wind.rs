@@ -265,4 +265,54 @@ mod tests {
         wind.advance(Tick(0), 15.0);
         assert!((wind.velocity_m_s(1.0) - Vector2::new(6.0, 0.0)).norm() < 1e-12);
     }
+
+    #[test]
+    fn gusts_along_and_across_the_heading_add_to_the_mean_wind() {
+        let mut wind = Wind::new(&moderate(), UavId(3)).unwrap();
+        wind.mean_m_s = Vector2::new(6.0, -1.0);
+        let gusts = wind.gusts.as_mut().unwrap();
+        // With two equal states the output of the lateral filter is that state.
+        (gusts.along_m_s, gusts.across) = (3.0, LateralFilter { first: 2.0, second: 2.0 });
+        let (sin, cos) = 0.5_f64.sin_cos();
+        let expected = Vector2::new(6.0 + 3.0 * cos - 2.0 * sin, -1.0 + 3.0 * sin + 2.0 * cos);
+        assert!((wind.velocity_m_s(0.5) - expected).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_gust_forgets_as_the_uav_flies_through_it_and_takes_in_the_draw_of_the_tick() {
+        let mut scenario = moderate();
+        scenario.time.rate_hz = 100;
+        let mut wind = Wind::new(&scenario, UavId(3)).unwrap();
+        let Turbulence { deviation_m_s, length_m } = Turbulence::of(&scenario.wind);
+        let before_m_s = wind.gusts.as_ref().unwrap().along_m_s;
+        wind.advance(Tick(7), 20.0);
+        // A first-order Markov process after 0.2 m.
+        let left = (-0.2 / length_m).exp();
+        let draw = Draws::new(scenario.seed, [PURPOSE, 3, 0], 7).normal();
+        let expected = left * before_m_s + deviation_m_s * (1.0 - left * left).sqrt() * draw;
+        assert!((wind.gusts.unwrap().along_m_s - expected).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_step_of_the_lateral_filter_spreads_its_draws_by_the_covariance_that_it_adds() {
+        let calm = LateralFilter { first: 0.0, second: 0.0 };
+        for lengths in [0.02, 0.7, f64::INFINITY] {
+            let [one, other] = [[1.0, 0.0], [0.0, 1.0]].map(|normals| calm.after(lengths, 3.0, normals));
+            let covariance = [
+                one.first * one.first + other.first * other.first,
+                one.first * one.second + other.first * other.second,
+                one.second * one.second + other.second * other.second,
+            ];
+            for (found, share) in covariance.into_iter().zip(added(lengths)) {
+                assert!((found - share * 9.0 / 2.0).abs() < 1e-12, "{lengths}: {found}");
+            }
+            assert!(other.second > 0.0 && other.first == 0.0, "the factor is that of Cholesky");
+        }
+        let here = LateralFilter { first: 2.0, second: -1.0 };
+        // Without new gusts the states decay, and the first one flows into the second.
+        let (left, later) = ((-0.7_f64).exp(), here.after(0.7, 0.0, [1.0, 1.0]));
+        assert!((later.first - 2.0 * left).abs() < 1e-12);
+        assert!((later.second - left * (0.7 * 2.0 - 1.0)).abs() < 1e-12);
+        assert_eq!(here.after(0.0, 3.0, [1.0, 1.0]), here, "a step of no length changes nothing");
+    }
 }

@@ -91,13 +91,7 @@ pub fn formation_control(
 
 /// `sat(x, a, b)` of Eq. (11), for `a <= b`.
 pub fn saturate(x: f64, a: f64, b: f64) -> f64 {
-    if x < a {
-        a
-    } else if x > b {
-        b
-    } else {
-        x
-    }
+    x.clamp(a, b)
 }
 
 /// Eq. (12): `input` within what the airframe can do.
@@ -139,6 +133,13 @@ mod tests {
         assert!(Limits::new(12.0, f64::NAN, 0.5).is_err() && Limits::new(12.0, f64::INFINITY, 0.5).is_err());
         assert_eq!(Limits::new(12.0, 25.0, 0.0), Err(LimitsError::TurnRate(0.0)));
         assert!(Limits::new(12.0, 25.0, f64::NAN).is_err());
+    }
+
+    #[test]
+    fn limits_are_told_as_they_were_set() {
+        let limits = limits();
+        let told = (limits.speed_min_m_s(), limits.speed_max_m_s(), limits.turn_rate_max_rad_s());
+        assert_eq!(told, (12.0, 25.0, 0.5));
     }
 
     proptest! {

@@ -66,11 +66,12 @@ mod tests {
             next: Some(bond(-46.0, 40.0)),
             centre: bond(25.0, 20.0),
             slot: Point2::new(0.0, 3.0),
-            slot_gain: 1.0,
+            slot_gain: 3.0,
         };
         let flyer = Flyer { position: Point2::origin(), heading_rad: std::f64::consts::FRAC_PI_2, field };
-        // Stretched by -10, 6 and 5 m, with a quarter, a quarter and a half of G = 2; 3 m from the slot; across the leader.
-        let expected = 0.5 * 100.0 + 0.5 * 36.0 + 25.0 + 0.5 * 9.0 + 15.0;
+        // Stretched by -10, 6 and 5 m, with a quarter, a quarter and a half of G = 2; 3 m from the slot
+        // with a gain of 3; across the leader.
+        let expected = 0.5 * 100.0 + 0.5 * 36.0 + 25.0 + 0.5 * 3.0 * 9.0 + 15.0;
         assert!((lyapunov_candidate(&[flyer], 15.0, 0.0) - expected).abs() < 1e-9);
         assert!((lyapunov_candidate(&[flyer, flyer], 15.0, 0.0) - 2.0 * expected).abs() < 1e-9);
     }

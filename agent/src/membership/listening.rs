@@ -44,7 +44,8 @@ impl Side {
 
     /// Whether some UAVs may have to take turns if `listened` UAVs, on both sides together, are listened to.
     pub(super) fn may_take_turns(listened: usize) -> bool {
-        listened > 2 * LOST_PER_SIDE
+        // One side is enough: the UAVs of the other may all be alive.
+        listened > LOST_PER_SIDE
     }
 }
 

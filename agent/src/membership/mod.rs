@@ -230,3 +230,6 @@ fn fingerprint(uav: UavId) -> u64 {
     // The multiplier of Knuth's MMIX generator spreads small numbers over all bits.
     u64::from(uav.0).wrapping_mul(6_364_136_223_846_793_005).rotate_left(uav.0)
 }
+
+#[cfg(test)]
+mod tests;

@@ -191,6 +191,13 @@ mod tests {
     }
 
     #[test]
+    fn patience_that_has_not_grown_never_shrinks() {
+        let mut member = MemberRecord::new(TIMEOUT);
+        (0..4 * TIMEOUT).for_each(|now| member.receive(&test_state(now), Tick(now), TIMEOUT));
+        assert_eq!(member.patience_ticks, TIMEOUT);
+    }
+
+    #[test]
     fn news_is_sent_a_few_times() {
         let mut member = doubted();
         assert!(!member.take_news_copy());

@@ -164,7 +164,6 @@ fn without_leader(situation: &Situation<'_>) -> Steered {
 fn account(terms: &LawTerms, situation: &Situation<'_>) -> Account {
     let LawTerms { field, forces, repulsion_m, unsaturated, control } = terms;
     Account {
-        slot_m: field.slot.into(),
         previous_force_m: forces.previous.into(),
         next_force_m: forces.next.into(),
         centre_force_m: forces.centre.into(),

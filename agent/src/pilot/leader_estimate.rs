@@ -117,6 +117,16 @@ mod tests {
     }
 
     #[test]
+    fn a_jump_below_rounding_error_is_dropped_at_once() {
+        let mut estimate = LeaderEstimate::default();
+        estimate.receive(&leader(0, 0.0));
+        position(&mut estimate, 1000);
+        estimate.receive(&LeaderState { heading_rad: 5e-10, ..leader(1000, 5e-7) });
+        position(&mut estimate, 1000);
+        assert_eq!((estimate.offset, estimate.frame_offset_rad), (Vector2::zeros(), 0.0));
+    }
+
+    #[test]
     fn a_leader_that_returns_elsewhere_is_approached_without_a_jump() {
         let mut estimate = LeaderEstimate::default();
         estimate.receive(&leader(0, 0.0));

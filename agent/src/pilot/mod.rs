@@ -346,3 +346,6 @@ fn repulsion_of(
     };
     obstacles.iter().map(of_one).sum()
 }
+
+#[cfg(test)]
+mod tests;

@@ -152,12 +152,13 @@ mod tests {
     fn a_neighbour_that_falls_silent_or_sends_damaged_states_is_lost() {
         let heard = fly(300, |tick| Some(state(3, tick, 0.0)));
         assert!(heard.is_alive(UavId(3)) && heard.lost_fingerprint() == 0 && heard.revision() == 0);
-        let silent = fly(300, |tick| (tick < 100).then(|| state(3, tick, 0.0)));
+        let mut silent = fly(300, |tick| (tick < 100).then(|| state(3, tick, 0.0)));
         let damaged = fly(300, |tick| Some(state(3, tick, if tick < 100 { 0.0 } else { f64::NAN })));
         for neighbours in [&silent, &damaged] {
             assert!(!neighbours.is_alive(UavId(3)) && neighbours.revision() > 0);
             assert!(neighbours.listened().contains(&UavId(4)), "it listens beyond the gap");
         }
+        assert!(silent.rumours().iter().any(|rumour| rumour.uav == 3), "it tells the others");
         assert_ne!(silent.lost_fingerprint(), 0);
         assert_eq!(silent.lost_fingerprint(), damaged.lost_fingerprint(), "both miss the same UAV");
     }

@@ -81,9 +81,8 @@ impl Slots {
     /// Starts to move the slots from where they are to their places in the ring of the UAVs that are alive.
     pub(super) fn reform(&mut self, now: Tick, is_alive: impl Fn(UavId) -> bool) {
         self.begin_manoeuvres(now);
-        // A loss during a manoeuvre must not hurry it: the airframes could not follow.
-        let left_ticks =
-            if self.is_moving && self.begun > 0 { self.end_of_manoeuvre().since(now) } else { 0 };
+        // A loss during a manoeuvre must not hurry it: the airframes could not follow. After its end this is negative.
+        let left_ticks = self.end_of_manoeuvre().since(now);
         // A loss during a move starts the next move from where the slots are now. Read this before the ring changes.
         let progress = self.progress(now);
         let before = self.ring.clone();
@@ -219,7 +218,7 @@ mod tests {
     use super::*;
     use nalgebra::Point2;
     use proptest::prelude::*;
-    use ringwing_scenario::{ManoeuvreSection, ShapeName};
+    use ringwing_scenario::{ManoeuvreSection, ShapeName, SlotOrder};
 
     fn slots(own: u32) -> Slots {
         let mut scenario = Scenario::default();
@@ -328,6 +327,44 @@ mod tests {
         assert!(slots.is_moving());
         advanced(&mut slots, 2100);
         assert!(!slots.is_moving());
+    }
+
+    #[test]
+    fn a_uav_that_returns_during_a_manoeuvre_has_its_slot_where_the_manoeuvre_ends() {
+        let mut slots = becoming_a_vee(4);
+        slots.reform(Tick(300), |uav| uav != UavId(5));
+        slots.reform(Tick(1000), |_| true);
+        let (uav, rest_m) = advanced(&mut slots, 1000).neighbours[1].unwrap();
+        let end = advanced(&mut becoming_a_vee(5), 2100).slot;
+        assert_eq!(uav, UavId(5));
+        assert!((rest_m - (end - slots.geometry().slot).norm()).abs() < 1e-9, "{rest_m} m");
+    }
+
+    #[test]
+    fn a_ring_that_turns_with_the_numbers_of_its_slots_goes_round_its_centre() {
+        let turn = ManoeuvreSection {
+            at_s: 1.0,
+            over_s: 10.0,
+            bearing_deg: Some(90.0),
+            order: SlotOrder::Keep,
+            ..ManoeuvreSection::default()
+        };
+        let scenario = Scenario { manoeuvres: vec![turn], ..Scenario::default() };
+        let mut slots = Slots::new(&scenario, UavId(1));
+        let halfway = advanced(&mut slots, 600);
+        let bearing = Vector2::new(-1.0, 1.0) / 2.0_f64.sqrt();
+        assert!((halfway.slot - bearing * 40.0).norm() < 1e-9, "{}", halfway.slot);
+    }
+
+    #[test]
+    fn a_move_of_no_duration_is_over_at_once() {
+        let mut scenario = Scenario::default();
+        scenario.control.ring_closes = true;
+        scenario.membership.slots_move_s = 0.0;
+        let mut slots = Slots::new(&scenario, UavId(2));
+        slots.reform(Tick(10), |uav| uav != UavId(3));
+        let [_, next] = advanced(&mut slots, 10).neighbours.map(Option::unwrap);
+        assert!(!slots.is_moving() && next.0 == UavId(4) && (next.1 - 40.0).abs() < 1e-9);
     }
 
     proptest! {

@@ -129,7 +129,8 @@ mod tests {
         for tick in [7, 8, 10, 9, 2] {
             newest.update(at(tick));
         }
-        assert_eq!(newest.get(), Some(&at(10)));
+        newest.update(PeerTrack { speed_m_s: 9.0, ..at(10) });
+        assert_eq!(newest.get(), Some(&at(10)), "nor does a second one of the same tick");
     }
 
     #[test]

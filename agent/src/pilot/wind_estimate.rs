@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn a_steady_wind_is_known_after_two_positions_also_if_senses_are_missing() {
         let wind = Vector2::new(4.0, -2.0);
-        for (ticks, every) in [(2, 1), (300, 1), (300, 7)] {
+        for (ticks, every) in [(2, 1), (300, 1), (300, 7), (300, 50)] {
             let found = estimated(&scenario(false, true), ticks, every, |_| wind);
             assert!((found - wind).norm() < 1e-9, "{ticks} ticks, every {every}: {found}");
         }

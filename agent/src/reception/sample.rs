@@ -87,3 +87,22 @@ pub(crate) fn test_state(tick: i64) -> UavState {
         rumours: Default::default(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ringwing_flight::UavId;
+
+    #[test]
+    fn a_report_of_traffic_that_is_stamped_again_is_of_its_new_tick() {
+        let report = Traffic {
+            tick: Tick(3),
+            uav: UavId(2),
+            aircraft_count: 1,
+            aircraft_omitted: 4,
+            reserved: 0,
+            aircraft: Default::default(),
+        };
+        assert_eq!(report.stamped(Tick(8)), Traffic { tick: Tick(8), ..report });
+    }
+}

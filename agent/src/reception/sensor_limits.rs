@@ -103,4 +103,14 @@ mod tests {
         // Two coordinates with a variance of 4 m^2 each.
         assert!((mean_m2 - 8.0).abs() < 1.0, "{mean_m2}");
     }
+
+    #[test]
+    fn sensors_may_be_wrong_about_the_heading_alone() {
+        let mut link = limited(|s| s.sensing.traffic_noise_deg = 3.0);
+        let arrived = arrived(&mut link, 500);
+        let aircraft: Vec<_> = arrived.iter().flat_map(|(_, traffic)| traffic.aircraft()).collect();
+        assert!(aircraft.iter().all(|one| one.position_m == [0.0; 2]));
+        let mean = aircraft.iter().map(|one| one.heading_rad.to_degrees().powi(2)).sum::<f64>() / 1000.0;
+        assert!((mean - 9.0).abs() < 1.2, "a variance of {mean} deg^2");
+    }
 }

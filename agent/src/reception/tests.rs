@@ -40,8 +40,10 @@ fn a_closed_receiver_reads_nothing_and_is_a_newcomer_when_it_opens_again() {
     let mut receiver = receiver(&[]);
     received(&mut receiver, 0, &[0]);
     receiver.close();
+    assert!(!receiver.is_open());
     assert_eq!(received(&mut receiver, 1, &[0, 1]), (vec![], None));
     receiver.open();
+    assert!(receiver.is_open());
     assert_eq!(received(&mut receiver, 2, &[1, 2]), (vec![], None), "sent before its first tick");
     assert_eq!(received(&mut receiver, 3, &[2, 3]), (vec![2], Some([2, 2])));
 }

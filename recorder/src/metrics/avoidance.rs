@@ -137,22 +137,23 @@ mod tests {
         let mut scenario = testing::ring_of(4, 40.0);
         scenario.control.collision_filter = true;
         let mut watch = AvoidanceWatch::new(&scenario);
-        // UAV 2 avoids something in ticks 2 to 4 and again in tick 7, by more each time.
+        // UAV 2 avoids something in ticks 2 to 5 and again in tick 7, by more each time.
         let mut most = Vec::new();
         for tick in 0..10_i32 {
             let mut frame = testing::at_rest(&scenario, i64::from(tick));
             let control = frame.uavs[1].control.as_mut().unwrap();
-            if (2..5).contains(&tick) || tick == 7 {
+            if (2..6).contains(&tick) || tick == 7 {
                 let turn_rad = -f64::from(tick) / 10.0;
                 control.avoided =
                     Some(AvoidedThing { uav: None, intruder: None, place_m: [0.0; 2], turn_rad });
                 control.wish_speed_m_s = control.speed_command_m_s + 1.0;
             }
-            most.push(watch.observe(&frame).turn_max_rad);
+            let now = watch.observe(&frame);
+            most.push((now.acting, now.turn_max_rad));
         }
-        assert_eq!((most[2], most[5], most[7]), (Some(0.2), None, Some(0.7)));
-        assert_eq!((watch.share(), watch.episodes(), watch.longest_ticks()), (Some(0.1), 2, Some(3)));
-        assert!((watch.turn_rad().mean().unwrap() - 0.4).abs() < 1e-12);
+        assert_eq!([most[2], most[6], most[7]], [(1, Some(0.2)), (0, None), (1, Some(0.7))]);
+        assert_eq!((watch.share(), watch.episodes(), watch.longest_ticks()), (Some(0.125), 2, Some(4)));
+        assert!((watch.turn_rad().mean().unwrap() - 0.42).abs() < 1e-12);
         assert_eq!((watch.turn_rad().max(), watch.speed_m_s().mean()), (Some(0.7), Some(1.0)));
     }
 
@@ -168,6 +169,7 @@ mod tests {
         scenario.control.collision_filter = true;
         assert_eq!(share(&scenario), Some(0.0));
         let mut watch = AvoidanceWatch::new(&scenario);
+        assert_eq!(watch.share(), None, "nobody has commanded yet");
         watch.observe(&testing::at_rest(&scenario, 0));
         assert_eq!(watch.longest_ticks(), None);
         assert_eq!((watch.turn_rad().mean(), watch.speed_m_s().max()), (None, None));

@@ -69,3 +69,15 @@ fn milliseconds(time_s: f64) -> String {
     // A tenth of a microsecond is far below every tick, and hides the rounding error of the product.
     format!("{} ms", (time_s * 1e7).round() / 1e4)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_leaves_no_delay_as_it_is() {
+        let delay = |by_s| LinkImpairment::Delay(Delay::Constant { by_s });
+        assert_eq!(rounded_delay(&delay(0.0), 100), None);
+        assert!(rounded_delay(&delay(0.014), 100).is_some());
+    }
+}

@@ -289,7 +289,8 @@ fn first_word_bytes(text: &str) -> usize {
         [b'-', b'>', ..] => 2,
         // A text whose closing quote is missing runs to the end.
         [b'"', ..] => text[1..].find('"').map_or(text.len(), |end| end + 2),
-        [b'-' | b'+', digit, ..] if is_number(char::from(*digit)) => run(1, is_number),
+        // A sign without a number is a word of its own.
+        [b'-' | b'+', ..] => run(1, is_number),
         [digit, ..] if is_number(char::from(*digit)) => run(0, is_number),
         _ if text.starts_with(char::is_alphabetic) => run(first, char::is_alphabetic),
         // A sign such as `{` or `%`, or a character that no sentence has, which the error then quotes.
@@ -307,6 +308,7 @@ mod tests {
         assert_eq!(split(" 4->all  loss -1.5% "), ["4", "->", "all", "loss", "-1.5", "%"]);
         assert_eq!(split("file \"a b.txt\"{1,2}"), ["file", "\"a b.txt\"", "{", "1", ",", "2", "}"]);
         assert_eq!(split("file \"a b"), ["file", "\"a b"]);
+        assert_eq!(split("x - 3 +m -"), ["x", "-", "3", "+", "m", "-"]);
         assert_eq!(split("  "), [""; 0]);
     }
 

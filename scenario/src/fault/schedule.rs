@@ -285,8 +285,8 @@ impl FaultSchedule<'_> {
                     sentence: fault.action.to_string(),
                 }),
                 Action::Heal(links) => {
-                    let count = heal(&mut all, links, begin);
-                    idle_healings.extend((count == 0).then_some(number));
+                    let has_healed = heal(&mut all, links, begin);
+                    idle_healings.extend((!has_healed).then_some(number));
                 }
                 Action::Process { .. } => {}
             }
@@ -354,17 +354,17 @@ impl FaultSchedule<'_> {
 }
 
 /// Ends those of `faults` that are on at `tick` and concern exactly `links`, or any links if those are [`Links::All`].
-/// Returns how many.
-fn heal(faults: &mut [LinkFault], links: &Links, tick: Tick) -> usize {
+/// Returns whether there are any.
+fn heal(faults: &mut [LinkFault], links: &Links, tick: Tick) -> bool {
     // A fault that is over keeps its own end, and does not count as healed.
     let is_healed =
         |fault: &&mut LinkFault| fault.is_on(tick) && (*links == Links::All || *links == fault.links);
-    let mut count = 0;
+    let mut has_healed = false;
     for fault in faults.iter_mut().filter(is_healed) {
         fault.end = Some(tick);
-        count += 1;
+        has_healed = true;
     }
-    count
+    has_healed
 }
 
 fn healed(tick: Tick, sentence: String) -> TimedEvent {

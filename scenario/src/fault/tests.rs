@@ -1,7 +1,9 @@
 use super::{
     Action, Delay, Fault, LinkImpairment, Links, ProcessFault, Receiver, Sender, SensorDrift, Targets,
-    next_words, schedule::FaultSchedule,
+    next_words,
+    schedule::{AirframeFailure, FaultSchedule},
 };
+use crate::AirframeSection;
 use proptest::{collection::vec, option, prelude::*};
 use ringwing_flight::{LinkSource, Part, ProcessAction, Tick, TimedEvent, UavId};
 
@@ -28,6 +30,7 @@ fn every_spelling_of_a_fault_is_written_back_in_one_form() {
         ("link 2->3 delay 200 ms jitter 50 ms for 10 s", "link 2->3 delay 200 ms jitter 50 ms for 10 s"),
         ("link 3<->2 delay 1 s normal 0.1 s", "link 2<->3 delay 1 s normal 100 ms"),
         ("link all delay 0 s pareto 30 ms", "link all delay 0 s pareto 30 ms shape 3"),
+        ("link all delay 0 s pareto 30 ms shape 1.5", "link all delay 0 s pareto 30 ms shape 1.5"),
         ("link all->all delay trace {20 ms,0.035 s}", "link all->all delay trace {20 ms, 35 ms}"),
         ("link own->3 loss 0.3", "link own->3 loss 30 %"),
         ("link Traffic -> all stuck", "link traffic->all stuck"),
@@ -50,6 +53,7 @@ fn every_spelling_of_a_fault_is_written_back_in_one_form() {
         assert_eq!(action(spelling).to_string(), canonical);
     }
     assert_eq!("at 30 s kill uav 3".parse::<Fault>().unwrap().to_string(), "at 30 s kill uav 3");
+    assert_eq!(String::from(action("KILL UAV 3")), "kill uav 3");
 }
 
 /// Sentences with a mistake, and what the error says of each.
@@ -123,6 +127,8 @@ fn a_fault_that_the_swarm_cannot_have_is_refused_with_the_reason() {
         ("kill uav 7", Some("there is no uav 7: this run has UAVs 1 to 6")),
         ("isolate 9", Some("there is no uav 9: this run has UAVs 1 to 6")),
         ("link 2->8 hold", Some("there is no uav 8: this run has UAVs 1 to 6")),
+        ("link 9->2 hold", Some("there is no uav 9: this run has UAVs 1 to 6")),
+        ("stop random 6 uavs", None),
         ("stop random 7 uavs", Some("cannot draw 7 UAVs: this run has only 6")),
         ("kill world", None),
         ("partition {1,2}|{5,6}", None),
@@ -131,6 +137,7 @@ fn a_fault_that_the_swarm_cannot_have_is_refused_with_the_reason() {
     }
     assert!(action("freeze world for 1 s").refusal(6).unwrap().starts_with("the world keeps time"));
     assert!(action("slow leader by 20 ms").refusal(6).unwrap().contains("link leader->all delay 20 ms"));
+    assert!(action("weaken leader to 14 m/s").refusal(6).unwrap().starts_with("only UAVs have airframes"));
     assert!(action("slow recorder by 20 ms").refusal(6).unwrap().ends_with("freeze it instead"));
 }
 
@@ -231,6 +238,58 @@ fn link_faults_and_slow_processes_are_announced_with_their_ends() {
         .collect();
     let expected = [(100, "fault.link"), (200, "fault.slow"), (300, "fault.healed"), (400, "fault.healed")];
     assert_eq!(announced, expected);
+}
+
+#[test]
+fn failures_of_airframes_are_scheduled_for_their_uavs_and_announced_with_their_ends() {
+    let faults = faults(&["at 1 s weaken uav 2,3 to 14 m/s for 2 s", "at 2 s jam uav 1 turn at -0.1 rad/s"]);
+    let scheduled = schedule(&faults, 1).airframe_faults();
+    let of: Vec<_> =
+        scheduled.iter().map(|one| (one.number, one.uav.0, one.begin.0, one.end, one.failure)).collect();
+    let (weak, jammed) = (AirframeFailure::Weak(14.0), AirframeFailure::Jammed(-0.1));
+    let end = Some(Tick(300));
+    assert_eq!(of, [(1, 2, 100, end, weak), (1, 3, 100, end, weak), (2, 1, 200, None, jammed)]);
+    let is_on = |index: usize| [99, 100, 299, 300].map(|tick| scheduled[index].is_on(Tick(tick)));
+    assert_eq!((is_on(0), is_on(2)), ([false, true, true, false], [false, false, true, true]));
+    let announced: Vec<_> =
+        schedule(&faults, 1).announcements().iter().map(|one| (one.tick.0, one.event.name())).collect();
+    assert_eq!(announced, [(100, "fault.airframe"), (200, "fault.airframe"), (300, "fault.healed")]);
+}
+
+#[test]
+fn a_failure_leaves_an_airframe_within_its_limits() {
+    let limits = AirframeSection::default();
+    for (failure, within) in [
+        (AirframeFailure::Weak(5.0), AirframeFailure::Weak(12.0)),
+        (AirframeFailure::Weak(14.0), AirframeFailure::Weak(14.0)),
+        (AirframeFailure::Jammed(-0.3), AirframeFailure::Jammed(-0.3)),
+        (AirframeFailure::Jammed(-2.0), AirframeFailure::Jammed(-0.5)),
+        (AirframeFailure::Jammed(2.0), AirframeFailure::Jammed(0.5)),
+    ] {
+        assert_eq!(failure.within(&limits), within);
+    }
+}
+
+#[test]
+fn a_healing_is_idle_if_no_fault_is_on_that_it_could_end() {
+    let faults = faults(&[
+        "at 1 s link 2->3 hold",
+        "at 2 s link 3->4 hold for 1 s",
+        "at 4 s heal link 3->4",
+        "at 5 s heal all",
+        "at 6 s heal all",
+    ]);
+    assert_eq!(schedule(&faults, 1).idle_healings(), [3, 5]);
+}
+
+#[test]
+fn a_link_fault_concerns_only_links_that_a_uav_may_listen_on() {
+    let faults = faults(&["at 1 s link all->3 hold"]);
+    let fault = &schedule(&faults, 1).link_faults()[0];
+    let from = |number| LinkSource::uav(UavId(number));
+    assert!(fault.concerns(from(2), UavId(3)));
+    assert!(!fault.concerns(from(3), UavId(3)), "nobody listens to itself");
+    assert!(!fault.concerns(from(2), UavId(4)));
 }
 
 #[test]

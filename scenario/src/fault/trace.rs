@@ -142,6 +142,10 @@ mod tests {
         );
         let mut endless: Action = "link all delay file \"/dev/zero\"".parse().unwrap();
         assert!(endless.load_delays(&folder).unwrap_err().contains("larger than 4 MiB"));
+        let just_fits = format!("0.02 #{}", "x".repeat(BYTES_MAX as usize - 6));
+        std::fs::write(folder.join("large.txt"), just_fits).unwrap();
+        let mut large: Action = "link all delay file \"large.txt\"".parse().unwrap();
+        assert_eq!(large.load_delays(&folder), Ok(()));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

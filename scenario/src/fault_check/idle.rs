@@ -264,6 +264,8 @@ mod tests {
             ("at 5 s link 2->3 delay trace {1 ms, 4 ms}", "4 ms rounds to no tick"),
             ("at 5 s link all reorder 20 % by 3 ms", "3 ms rounds to no tick"),
             ("at 5 s link all loss 0 %", "its magnitude is 0"),
+            ("at 5 s link all reorder 0 % by 50 ms", "its magnitude is 0"),
+            ("at 5 s link all gilbert loss 0 % burst 80 ms", "its magnitude is 0"),
             ("at 5 s link all corrupt 0", "its magnitude is 0"),
             ("at 5 s link all gilbert 0 10 %", "its magnitude is 0"),
             ("at 5 s link all gilbert 5 % 10 % 1", "its magnitude is 0"),
@@ -299,6 +301,7 @@ mod tests {
             "at 5 s link all gilbert 0 10 % 0 0.5",
             "at 5 s link all rate 99 samples/s",
             "at 5 s isolate 3",
+            "at 5 s slow uav 3 by 1 ms",
             "at 5 s weaken uav 3 to 14 m/s",
             "at 5 s jam uav 3 turn at 0 deg/s for 2 s",
             "at 5 s drift uav 3 position at 0.5 m/s toward 90 deg for 20 ms",
@@ -331,6 +334,39 @@ mod tests {
         );
         assert_eq!(numbers(&["at 5 s kill recorder", "at 6 s kill recorder"]), [0_u32; 0]);
         assert_eq!(numbers(&["at 5 s kill uav 3", "at 6 s kill uav 2,3"]), [0_u32; 0], "uav 2 is there");
+    }
+
+    #[test]
+    fn a_link_is_cut_off_if_either_end_is_gone_for_as_long_as_the_fault_lasts() {
+        let idle = |process: &[&str], link: &str| {
+            let sentences: Vec<&str> = process.iter().copied().chain([link]).collect();
+            warned(&sentences, false).iter().any(|(number, _)| *number as usize == sentences.len())
+        };
+        let gone = ["at 4 s kill uav 3"];
+        for link in ["link 3->2 hold", "link 2->3 hold", "link 3<->4 hold", "link leader->3 hold"] {
+            assert!(idle(&gone, &format!("at 5 s {link}")), "{link}");
+        }
+        assert!(idle(&gone, "at 5 s isolate 3") && idle(&gone, "at 5 s link 3->all hold"));
+        assert!(!idle(&gone, "at 5 s link 1->2 hold") && !idle(&gone, "at 5 s link all hold"));
+        // It is back in tick 700.
+        let away = ["at 5 s restart uav 3 after 2 s"];
+        assert!(idle(&away, "at 5.5 s link own->3 hold for 1 s"));
+        assert!(idle(&away, "at 5.5 s link own->3 hold for 1.5 s"));
+        assert!(!idle(&away, "at 5.5 s link own->3 hold for 1.51 s"));
+        let at_once = ["at 4 s kill uav 3", "at 5 s start uav 3", "at 5 s kill uav 3"];
+        assert!(idle(&at_once, "at 5 s link own->3 hold for 1 s"), "the last change of a tick counts");
+    }
+
+    #[test]
+    fn a_fault_that_is_added_is_warned_of_unless_only_the_launcher_can_know() {
+        let planned =
+            Scenario { faults: vec!["at 5 s link 2->3 delay 4 ms".parse().unwrap()], ..Scenario::default() };
+        let warning = |sentence: &str| planned.warning_about(&sentence.parse().unwrap()).unwrap_or_default();
+        assert!(warning("at 6 s link 3->4 delay 3 ms").contains("3 ms rounds to no tick"));
+        assert!(warning("at 6 s weaken uav 2 to 25 m/s").contains("no airframe is faster than 25 m/s"));
+        for fine in ["at 6 s link 3->4 delay 30 ms", "at 6 s thaw uav 3", "at 6 s heal link 4->5"] {
+            assert_eq!(warning(fine), "", "{fine}");
+        }
     }
 
     #[test]

@@ -101,6 +101,36 @@ fn bias_and_noise_displace_a_sample_by_the_given_amounts() {
 }
 
 #[test]
+fn noise_displaces_a_heading_by_the_given_amount() {
+    let sentence = ["at 0 s link all noise heading 0.2 rad"];
+    let noisy = arrivals_of(&mut link(LinkSource::uav(UavId(2)), 3, 1, &sentence), 4000);
+    let variance = noisy.iter().map(|(_, sample)| sample.heading_rad.powi(2)).sum::<f64>() / 4000.0;
+    assert!((variance - 0.04).abs() < 0.003, "{variance}");
+    assert!(noisy.iter().all(|(_, sample)| sample.position_m == [sample.tick.0 as f64, 0.0]));
+}
+
+/// The mean and the standard deviation of the delays that this fault gives, and the extremes, in ticks.
+fn delays(sentence: &str) -> (f64, f64, [i64; 2]) {
+    let delays: Vec<i64> = times(&[sentence], 20_000).iter().map(|(now, sent)| now - sent - 1).collect();
+    let mean_of = |of: &dyn Fn(f64) -> f64| {
+        delays.iter().map(|delay| of(*delay as f64)).sum::<f64>() / delays.len() as f64
+    };
+    let mean = mean_of(&|delay| delay);
+    let deviation = mean_of(&|delay| (delay - mean).powi(2)).sqrt();
+    (mean, deviation, [delays.iter().copied().min().unwrap(), delays.iter().copied().max().unwrap()])
+}
+
+#[test]
+fn a_delay_has_the_distribution_that_its_fault_names() {
+    let (mean, _, extremes) = delays("at 0 s link all delay 200 ms jitter 150 ms");
+    assert!((mean - 20.0).abs() < 0.2 && extremes == [5, 35], "uniform: {mean}, {extremes:?}");
+    let (mean, deviation, _) = delays("at 0 s link all delay 500 ms normal 100 ms");
+    assert!((mean - 50.0).abs() < 0.3 && (deviation - 10.0).abs() < 0.3, "normal: {mean}, {deviation}");
+    let (mean, _, [least, _]) = delays("at 0 s link all delay 100 ms pareto 200 ms shape 8");
+    assert!((mean - 30.0).abs() < 0.6 && least == 10, "Pareto: {mean}, at least {least}");
+}
+
+#[test]
 fn losses_have_the_given_probability_and_two_losses_are_independent() {
     let share = |sentences: &[&str]| 1.0 - times(sentences, 20_000).len() as f64 / 20_000.0;
     assert!((share(&["at 0 s link all loss 30 %"]) - 0.3).abs() < 0.01);
@@ -132,6 +162,24 @@ fn a_gilbert_link_by_loss_and_burst_loses_as_much_and_in_such_bursts_as_it_says(
         assert!((lost / 100_000.0 / share - 1.0).abs() < 0.12, "{sentence}: lost {}", lost / 100_000.0);
         assert!((lost / bursts / burst - 1.0).abs() < 0.12, "{sentence}: bursts of {}", lost / bursts);
     }
+}
+
+#[test]
+fn a_gilbert_link_loses_the_same_samples_in_whatever_order_they_come() {
+    let sentence = ["at 0 s link all gilbert 30 % 30 %"];
+    let arrived = |order: &[i64]| {
+        let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &sentence);
+        let mut arrived = Vec::new();
+        for (now, sent) in (1000..).zip(order) {
+            link.offer(state(*sent));
+            link.deliver(Tick(now), |sample| arrived.push(sample.tick));
+        }
+        arrived.sort_unstable();
+        arrived
+    };
+    let in_order: Vec<i64> = (0..400).collect();
+    let in_pairs: Vec<i64> = in_order.chunks(2).flat_map(|pair| [pair[1], pair[0]]).collect();
+    assert_eq!(arrived(&in_order), arrived(&in_pairs));
 }
 
 #[test]
@@ -219,6 +267,12 @@ fn each_fault_that_alters_a_sample_is_reported_and_no_other() {
         "at 0 s link 2->3 gilbert loss 50 % burst 50 ms",
     ];
     assert_eq!(acted(&all, 200), [2, 5, 7, 8, 9, 11, 12, 13, 15]);
+    // A limit that nothing waits for changes nothing, and one under which samples wait has an effect before it drops one.
+    assert_eq!(acted(&["at 0 s link 2->3 rate 200 samples/s"], 200), [0_u32; 0]);
+    assert_eq!(acted(&["at 0 s link 2->3 rate 50 samples/s queue 1000"], 200), [1]);
+    // The first sample that a stuck link repeats is a true one.
+    assert_eq!(acted(&["at 0 s link 2->3 stuck"], 1), [0_u32; 0]);
+    assert_eq!(acted(&["at 0 s link 2->3 stuck"], 2), [1]);
     // The sample of the held tick arrives after that tick anyway.
     assert_eq!(acted(&["at 0.5 s link 2->3 hold for 10 ms"], 200), [0_u32; 0]);
     assert_eq!(acted(&["at 0.5 s link 2->3 hold for 20 ms"], 200), [1]);
@@ -310,6 +364,17 @@ fn samples_in_flight_are_lost_with_their_receiver() {
     link.drop_all();
     let after = link.counts(Tick(4));
     assert_eq!((after.offered, after.lost, after.in_flight), (5, 5, 0));
+    link.deliver(Tick(500), |sample| panic!("{sample:?} arrived"));
+}
+
+#[test]
+fn what_waits_for_a_limited_link_is_lost_with_its_receiver_like_what_is_in_flight() {
+    let sentences = ["at 0 s link 2->3 rate 50 samples/s queue 100", "at 0 s link 2->3 delay 1 s"];
+    let mut link = link(LinkSource::uav(UavId(2)), 3, 1, &sentences);
+    counts(&mut link, 19);
+    link.drop_all();
+    let after = link.counts(Tick(19));
+    assert_eq!((after.offered, after.lost, after.in_flight), (20, 20, 0));
     link.deliver(Tick(500), |sample| panic!("{sample:?} arrived"));
 }
 
