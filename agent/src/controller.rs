@@ -61,7 +61,7 @@ impl Wish {
 /// A user's controller behind the seam.
 #[derive(Debug, Clone)]
 pub struct Guest<C> {
-    controller: C,
+    pub(crate) controller: C,
     /// What it noted last. Boxed, so that the agents of a simulation, most of which have the built-in law, stay small.
     notes: Box<Notes>,
 }

@@ -35,6 +35,8 @@ fn senses(tick: i64, position_m: [f64; 2], obstacles: &[SensedObstacle]) -> Sens
         obstacle_count: obstacles.len() as u32,
         obstacles_omitted: 0,
         obstacles: [SensedObstacle::default(); MAX_SENSED_OBSTACLES],
+        position_age_ticks: 0,
+        heading_age_ticks: 0,
     };
     senses.obstacles[..obstacles.len()].copy_from_slice(obstacles);
     senses
@@ -170,7 +172,7 @@ impl Controller for Noting {
 fn a_controller_is_told_the_time_the_slot_and_what_is_sensed() {
     let mut scenario = scenario();
     scenario.control.collision_filter = true;
-    let mut pilot = Pilot::steered_by(Guest(Noting::default()), &scenario, UavId(1));
+    let mut pilot = Pilot::steered_by(Guest::new(Noting::default()), &scenario, UavId(1));
     pilot.receive_leader(&LeaderState { position_m: [3.0, 4.0], ..leader(250) });
     let mast = mast([100.0, 0.0], 50.0);
     pilot.receive_sensed(&senses(248, [-40.0, 0.0], &[mast]));
@@ -185,7 +187,7 @@ fn a_controller_is_told_the_time_the_slot_and_what_is_sensed() {
     traffic.aircraft_mut().fill(SensedAircraft { position_m: [500.0, 500.0], ..SensedAircraft::default() });
     pilot.receive_traffic(&traffic);
     pilot.fly(Tick(250)).unwrap();
-    let noted = &pilot.steering.0;
+    let noted = &pilot.steering.controller;
     assert_near(noted.times_s, [2.5, 0.02]);
     assert_near(noted.slot_m.unwrap().into(), [-37.0, 4.0]);
     assert_near(noted.slot_velocity_m_s.unwrap().into(), [15.0, 0.0]);
@@ -197,7 +199,7 @@ fn after_a_loss_a_pilot_knows_who_is_lost_and_moves_the_slots() {
     let mut scenario = scenario();
     scenario.control.ring_closes = true;
     scenario.membership.loss_timeout_s = 0.1;
-    let mut pilot = Pilot::steered_by(Guest(Noting::default()), &scenario, UavId(1));
+    let mut pilot = Pilot::steered_by(Guest::new(Noting::default()), &scenario, UavId(1));
     let mut accounts = Vec::new();
     for now in 0..=10 {
         pilot.receive_sensed(&senses(now, [-40.0, 0.0], &[]));
@@ -212,7 +214,7 @@ fn after_a_loss_a_pilot_knows_who_is_lost_and_moves_the_slots() {
         (account.living, account.slots_moving, account.lost_fingerprint != 0)
     };
     assert_eq!((known(9), known(10)), ((6, 0, false), (5, 1, true)), "lost after ten silent ticks");
-    assert_eq!(pilot.steering.0.lost, [UavId(2)]);
+    assert_eq!(pilot.steering.controller.lost, [UavId(2)]);
 }
 
 #[test]

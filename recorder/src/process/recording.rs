@@ -336,7 +336,7 @@ mod tests {
         let text = "the note \"not finite\" of uav 2 is not recorded: a name has 1 to 32 letters";
         let [line] = &lines(&path)[..] else { panic!("{:?}", lines(&path)) };
         assert!(line.0 == 4 && line.1.starts_with(text), "{line:?}");
-        assert_eq!(recording.report().refused_notes, [line.1.clone()]);
+        assert_eq!(recording.report().refused_notes, std::slice::from_ref(&line.1));
         let seen = messages(&std::fs::read(&path).unwrap());
         assert!(seen.is_sorted_by_key(|message| (message.log_time, message.topic.clone())));
         let notes: Vec<_> = seen.iter().filter(|message| message.topic.ends_with("/notes")).collect();
