@@ -208,7 +208,7 @@ class Uav:
         metres (``neighbour_force_x_m`` of Eq. (4), also ``previous_``, ``next_``, ``centre_``, ``slot_``; ``repulsion_x_m`` of Eq. (13)),
         ``potential_m2`` (Eq. (3)), ``speed_saturated`` and ``turn_rate_saturated`` (Eq. (12)), the ages of the data used, ``living``,
         ``leader_silent``, ``slots_moving``, ``lost_fingerprint``, what the law wished before the collision filter, and
-        ``wind_estimate_x_m_s`` and ``wind_estimate_y_m_s``; and where the agent takes its UAV to be elsewhere than it is
+        ``wind_estimate_x_m_s`` and ``wind_estimate_y_m_s``; and where the agent believes that its UAV is elsewhere than it is
         ``estimate_x_m``, ``estimate_y_m`` and ``estimate_heading_rad``."""
         return self._table("control")
 

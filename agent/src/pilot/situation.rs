@@ -25,7 +25,7 @@ pub struct Situation<'a> {
     pub uav: UavId,
     /// What the airframe can do, Eq. (2). A wish beyond these limits is cut to them.
     pub limits: Limits,
-    /// Where the UAV takes itself to be: as sensed, or as estimated from all sensors with `control.pose_estimated`, and predicted to this
+    /// Where the UAV believes that it is: as sensed, or as estimated from all sensors with `control.pose_estimated`, and predicted to this
     /// tick if the scenario's dead reckoning is `"full"`.
     pub own: Pose,
     /// What the UAV's sensors said last, with all their errors. Its tick is this one, unless a fault delays or loses senses.

@@ -184,7 +184,7 @@ typedef struct RingwingSituation {
   double time_s;
   /// The length of a tick.
   double period_s;
-  /// Where the UAV takes itself to be: as sensed, or as estimated from all sensors, and predicted to this tick if the scenario's dead
+  /// Where the UAV believes that it is: as sensed, or as estimated from all sensors, and predicted to this tick if the scenario's dead
   /// reckoning is "full".
   struct RingwingPose own;
   /// What the UAV's sensors said last of itself, with all their errors. Its age is 0, unless a fault delays or loses senses.

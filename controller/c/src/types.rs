@@ -158,7 +158,7 @@ pub struct RingwingSituation {
     pub time_s: f64,
     /// The length of a tick.
     pub period_s: f64,
-    /// Where the UAV takes itself to be: as sensed, or as estimated from all sensors, and predicted to this tick if the scenario's dead
+    /// Where the UAV believes that it is: as sensed, or as estimated from all sensors, and predicted to this tick if the scenario's dead
     /// reckoning is "full".
     pub own: RingwingPose,
     /// What the UAV's sensors said last of itself, with all their errors. Its age is 0, unless a fault delays or loses senses.

@@ -125,7 +125,7 @@ pub struct Account {
     pub repulsion_m: [f64; 2],
     /// The UAV's estimate of the wind, in m/s; zero if it assumes still air.
     pub wind_m_s: [f64; 2],
-    /// Where the UAV takes itself to be, in the local frame.
+    /// Where the UAV believes that it is, in the local frame.
     pub estimate_m: [f64; 2],
     /// Where it takes its nose to point.
     pub estimate_heading_rad: f64,

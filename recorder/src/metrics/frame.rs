@@ -264,7 +264,7 @@ pub struct ControlTerms {
     pub avoided: Option<AvoidedThing>,
     /// The agent's estimate of the wind; `None` while it assumes still air.
     pub wind_estimate_m_s: Option<[f64; 2]>,
-    /// Where the agent takes its UAV to be; `None` where that is the truth to the bit.
+    /// Where the agent believes that its UAV is; `None` where that is the truth to the bit.
     pub estimate: Option<Pose>,
 }
 

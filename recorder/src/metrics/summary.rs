@@ -19,7 +19,7 @@ pub struct FlightSummary {
     /// The root of the mean of the squared slot errors over the second half of the flight.
     #[serde(default)]
     pub keeping_error_rms_m: Option<f64>,
-    /// The root of the mean of the squared distances between where agents take their UAVs to be and where they are, over the second half
+    /// The root of the mean of the squared distances between where agents believe that their UAVs are and where they are, over the second half
     /// of the flight; absent if every agent knew that exactly.
     #[serde(default)]
     pub estimate_error_rms_m: Option<f64>,

@@ -16,7 +16,7 @@ pub const LEADER_POSE: &str = "/leader/pose";
 pub const LINKS: &str = "/links";
 /// Events as sentences, for viewers.
 pub const LOG: &str = "/log";
-/// Where agents take their UAVs to be, in 3D.
+/// Where agents believe that their UAVs are, in 3D.
 pub const ESTIMATE_SCENE: &str = "/scene/estimates";
 /// The slots and the circle of the formation, in 3D.
 pub const FORMATION_SCENE: &str = "/scene/formation";

@@ -196,13 +196,13 @@ pub struct UavControl {
     /// The agent's estimate of the wind, north.
     #[prost(double, optional, tag = "36")]
     pub wind_estimate_y_m_s: Option<f64>,
-    /// Where the agent takes its UAV to be, east; absent where that is the truth, like all of this estimate.
+    /// Where the agent believes that its UAV is, east; absent where that is the truth, like all of this estimate.
     #[prost(double, optional, tag = "37")]
     pub estimate_x_m: Option<f64>,
-    /// Where the agent takes its UAV to be, north.
+    /// Where the agent believes that its UAV is, north.
     #[prost(double, optional, tag = "38")]
     pub estimate_y_m: Option<f64>,
-    /// Where the agent takes its UAV to head.
+    /// Where the agent believes that its UAV heads.
     #[prost(double, optional, tag = "39")]
     pub estimate_heading_rad: Option<f64>,
 }

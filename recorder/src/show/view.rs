@@ -153,7 +153,7 @@ impl Viewer {
         }
     }
 
-    /// Where agents take their UAVs to be, and once nothing when all of them know it again.
+    /// Where agents believe that their UAVs are, and once nothing when all of them know it again.
     fn estimates(&mut self, frame: &Frame) -> Option<SceneUpdate> {
         let scene = scene::estimates(frame, scene::SPAN * self.spacing_m, self.clock);
         let shown_before = std::mem::replace(&mut self.shows_estimates, !scene.entities.is_empty());

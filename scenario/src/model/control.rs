@@ -34,7 +34,7 @@ pub struct ControlSection {
     pub wind_estimated: bool,
     /// Time over which that drift is averaged. Has no effect while a UAV estimates its own pose: that filter weighs by itself.
     pub wind_time_s: f64,
-    /// Estimate the UAV's own pose, and the wind, from all of its sensors. Without this, a UAV takes itself to be where it was
+    /// Estimate the UAV's own pose, and the wind, from all of its sensors. Without this, a UAV believes that it is where it was
     /// measured last. Has no effect while the sensors are perfect.
     pub pose_estimated: bool,
     /// Close the ring after a loss and open it on a return, as [`MembershipSection`] says.

@@ -1,4 +1,4 @@
-//! Draws where agents take their UAVs to be: `/scene/estimates`.
+//! Draws where agents believe that their UAVs are: `/scene/estimates`.
 //!
 //! A thin outline in the colour of the UAV, and a line to it from where the UAV is. Never draws the estimate of an agent that knows exactly
 //! where its UAV is.
