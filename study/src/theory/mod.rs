@@ -2,7 +2,8 @@
 //!
 //! A margin is the smallest delay T at which a root of the characteristic equation
 //! `det[diag(s, s (s + k v_d D_h) / (k v_d)) + K_self D_s - K_nb D_n] = 0` reaches the imaginary axis, with k the heading
-//! gain and `D = e^(-sT)` for data that are late. `stiffness` has K, `nyquist` counts the roots.
+//! gain and `D = e^(-sT)` for data that are late. A late own state makes all three late. `stiffness` has K, `nyquist` counts the
+//! roots.
 //!
 //! Never flies, and never calls the agents' law: its equations are written down here a second time, so that flights and
 //! theory judge each other. Holds for small deviations only: a large one meets the limits of Eq. (2) first.
@@ -36,7 +37,8 @@ pub enum Late {
     NeighboursHeld,
     /// Positions of neighbours, predicted straight on by their age.
     NeighboursReckoned,
-    /// A UAV's own position and heading, used as they are: the delay also moves the formation's rest.
+    /// A UAV's own position and heading, used as they are. The state that it sends to its neighbours is as late, because a UAV
+    /// sends where it believes that it is. The delay also moves the formation's rest.
     OwnState,
     /// A UAV's own heading alone.
     OwnHeading,

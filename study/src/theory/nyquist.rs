@@ -127,7 +127,7 @@ impl Loop<'_> {
         let (own, heading, neighbours) = match self.late {
             Late::NeighboursHeld => (one, one, late),
             Late::NeighboursReckoned => (one, one, late * (one + s * self.delay_s)),
-            Late::OwnState => (late, late, one),
+            Late::OwnState => (late, late, late),
             Late::OwnHeading => (one, late, one),
         };
         let gain = self.heading_gain();

@@ -96,7 +96,9 @@ fn forces_on(swarm: &Linearised, late: Late, delay_s: f64, at: &[f64], uav: usiz
     let others = [(uav + count - 1) % count, (uav + 1) % count];
     let bond = |other: usize| {
         let at = slot(swarm, other) + error(other);
-        let seen = if late == Late::NeighboursHeld { at - behind } else { at };
+        // A UAV whose own state is late tells its neighbours the same late position.
+        let is_behind = matches!(late, Late::NeighboursHeld | Late::OwnState);
+        let seen = if is_behind { at - behind } else { at };
         spring(&(own - seen), swarm.spacing_m, trust)
     };
     let centre = spring(&own, radius_m(swarm), 1.0);
