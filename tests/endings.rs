@@ -205,10 +205,10 @@ fn a_folder_that_cannot_be_written_is_reported_with_a_remedy() {
 #[test]
 fn a_full_disk_ends_the_log_but_not_the_flight() {
     let out = tempfile::tempdir().unwrap();
-    // The file size limit of 27.6 MB is enough for shared memory and too small for this log. The write fails as it does on a full
+    // The file size limit of 30.7 MB is enough for shared memory and too small for this log. The write fails as it does on a full
     // disk, because no process of a run is killed by the signal for that limit.
     let script = format!(
-        "ulimit -f 27000; exec {} run paper-4.2 --duration 400 --out {}",
+        "ulimit -f 30000; exec {} run paper-4.2 --duration 500 --out {}",
         env!("CARGO_BIN_EXE_ringwing"),
         out.path().display()
     );
@@ -217,7 +217,7 @@ fn a_full_disk_ends_the_log_but_not_the_flight() {
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert_eq!(output.status.code(), Some(1), "{stderr}");
     assert!(stderr.contains(".mcap: cannot be written"), "{stderr}");
-    assert!(table.contains("the log is incomplete") && table.contains("400.0 s in"), "{table}");
+    assert!(table.contains("the log is incomplete") && table.contains("500.0 s in"), "{table}");
     let folder = newest_run(out.path()).unwrap();
     assert!(crate::harness::log::Log::read(&log_in(&folder)).states(1).len() > 1000);
 }

@@ -293,7 +293,7 @@ mod tests {
     fn little_memory_makes_the_journal_shorter_before_it_refuses_the_run() {
         let docker = with_memory(64 << 20, 64 << 20);
         assert_eq!(docker.admit(&demand(30)), Ok(1024));
-        for uavs in [300, 600] {
+        for uavs in [300, 500] {
             let depth = docker.admit(&demand(uavs)).unwrap();
             assert!((50..400).contains(&depth), "{uavs} UAVs: {depth} ticks");
         }

@@ -27,7 +27,7 @@ const PAGES_PER_LISTENER: u64 = 2;
 /// Further pages of a UAV with ballast, without the bytes themselves.
 const PAGES_PER_BALLAST: u64 = 9;
 /// Further pages of a UAV that counts what becomes of samples on links with faults.
-const PAGES_PER_LINK_COUNTS: u64 = 16;
+const PAGES_PER_LINK_COUNTS: u64 = 17;
 /// Pages of a new process in place of one that has ended: its boards and its node. The old ones stay until all readers have
 /// moved on.
 const PAGES_PER_INCARNATION: u64 = 28;

@@ -109,13 +109,13 @@ mod tests {
         let start = Pose { position: Point2::new(3.0, -4.0), heading_rad: 1.0 };
         for path in [FailsafePath::CIRCLE_LEFT, FailsafePath::new(5, 4), FailsafePath::new(-6, 20)] {
             let mut flown = start;
-            for tick in 0..3000 {
-                let (speed_m_s, turn_rate_rad_s) = path.rates(&RATES, f64::from(tick) * 0.01);
-                flown = flown.after(speed_m_s, turn_rate_rad_s, 0.01);
+            for step in 0..30_000 {
+                let (speed_m_s, turn_rate_rad_s) = path.rates(&RATES, f64::from(step) * 0.001);
+                flown = flown.after(speed_m_s, turn_rate_rad_s, 0.001);
             }
-            // The phases do not end in whole ticks.
+            // The phases do not end in whole steps.
             let apart_m = (flown.position - path.pose(&start, &RATES, 30.0).position).norm();
-            assert!(apart_m < 0.5, "{path:?}: {apart_m} m");
+            assert!(apart_m < 0.2, "{path:?}: {apart_m} m");
         }
     }
 
