@@ -190,6 +190,7 @@ mod tests {
     use std::{
         panic::{AssertUnwindSafe, catch_unwind},
         path::Path,
+        sync::atomic::AtomicBool,
     };
 
     fn sweep() -> Definition {
@@ -227,8 +228,20 @@ mod tests {
     #[test]
     fn a_sweep_that_is_stopped_lands_what_is_in_the_air_and_flies_no_more() {
         let folder = tempfile::tempdir().unwrap();
-        let tally = fly(&folder.path().join("flights.csv"), |_| Err("no".into()), || true);
-        assert!(tally.flown < 10, "{tally:?}");
+        let is_asked = AtomicBool::new(false);
+        // A flight of each of the three threads is in the air when the sweep is stopped.
+        let in_the_air = |_: &Scenario| {
+            while !is_asked.load(Relaxed) {
+                thread::yield_now();
+            }
+            Err("no".into())
+        };
+        let stops = || {
+            is_asked.store(true, Relaxed);
+            true
+        };
+        let tally = fly(&folder.path().join("flights.csv"), in_the_air, stops);
+        assert!(tally.flown <= 3, "{tally:?}");
     }
 
     #[test]
