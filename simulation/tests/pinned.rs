@@ -5,7 +5,7 @@
 use ringwing_scenario::{Scenario, Setting, Source};
 
 /// Each flight: the arguments of `ringwing run` that fly it with processes, and its payload hash.
-const PINNED: [(&str, &str); 21] = [
+const PINNED: [(&str, &str); 22] = [
     ("paper-4.1", "1b87282c9ce2654791f3b1ce4ad3ec6d"),
     ("paper-4.2", "2e0766c04283bf8b5252da2f15dadfd3"),
     ("delay", "41407b2c74bab37ca46b4fb7b8b4754e"),
@@ -14,6 +14,7 @@ const PINNED: [(&str, &str); 21] = [
     ("leader-loss", "0eab86085a8444d349d0ffea1d14ee78"),
     ("lossy", "d2bb4136be5de9c5c74079d018d7495b"),
     ("partition", "d052804a8e508615675464e09415fb3c"),
+    ("sensors", "755e14fd69dd26429367ca9126d7576a"),
     ("storm", "41e81bf1508b42da6c4aabb2928ab0ca"),
     ("paper-4.1 --law paper", "1b87282c9ce2654791f3b1ce4ad3ec6d"),
     ("dropout --law paper", "7cc9af7f06ad62f8a93e3bccdcb50431"),
