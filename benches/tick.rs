@@ -44,19 +44,23 @@ fn agent_step(criterion: &mut Criterion) {
     });
 }
 
-/// The same under the resilient law, in the first tick in which it plans how its airframe leaves the formation.
+/// What an agent under the resilient law does after its answer, in the first tick in which it plans how its airframe leaves the formation.
 fn planning_step(criterion: &mut Criterion) {
     let mut scenario = scenario();
     scenario.control.ring_closes = true;
     let (pilot, senses) = informed_pilot(&scenario);
-    criterion.bench_function("agent step: the first of a plan for the failsafe", |bencher| {
-        let ready = || {
-            let mut pilot = pilot.clone();
-            pilot.receive_sensed(&senses);
-            pilot
-        };
-        bencher.iter_batched_ref(ready, |pilot| pilot.fly(senses.tick), BatchSize::SmallInput);
-    });
+    criterion.bench_function(
+        "agent after its answer: the first moments of a plan for the failsafe",
+        |bencher| {
+            let ready = || {
+                let mut pilot = pilot.clone();
+                pilot.receive_sensed(&senses);
+                pilot.fly(senses.tick).expect("it has senses");
+                pilot
+            };
+            bencher.iter_batched_ref(ready, Pilot::plan_ahead, BatchSize::SmallInput);
+        },
+    );
 }
 
 fn airframe_step(criterion: &mut Criterion) {

@@ -175,6 +175,11 @@ impl<S: Steer> UavAgent<S> {
         Answer { state: None, command, account: None }
     }
 
+    /// Does what no answer has to wait for. To be called once the tick is answered.
+    pub fn plan_ahead(&mut self) {
+        self.pilot.plan_ahead();
+    }
+
     /// What its controller has noted for the log in `now`, which was flown last.
     pub fn notes(&self, now: Tick) -> Option<&Notes> {
         self.pilot.notes(now)

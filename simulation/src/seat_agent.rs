@@ -64,6 +64,13 @@ impl SeatAgent {
         }
     }
 
+    pub(crate) fn plan_ahead(&mut self) {
+        match self {
+            Self::BuiltIn(agent) => agent.plan_ahead(),
+            Self::Own(agent) => agent.plan_ahead(),
+        }
+    }
+
     pub(crate) fn notes(&self, now: Tick) -> Option<&Notes> {
         match self {
             Self::BuiltIn(agent) => agent.notes(now),

@@ -352,6 +352,7 @@ impl Simulation {
         let answer = seat.agent.fly(tick);
         notes.extend(seat.agent.notes(tick));
         let Ok(()) = seat.agent.update_inputs(&mut inputs);
+        seat.agent.plan_ahead();
         if let Some(state) = answer.state {
             // The others use it from the next tick on, so it does not matter in which order the agents answer.
             air.states[uav.index()].push(state);

@@ -157,7 +157,12 @@ impl Steer for BuiltInLaw {
 fn without_leader(situation: &Situation<'_>) -> Steered {
     let control = ControlInput { speed_m_s: situation.sensed.speed_m_s, turn_rate_rad_s: 0.0 };
     let command = Command::new(situation.tick, situation.uav, control.speed_m_s, control.turn_rate_rad_s);
-    Steered { control, account: Account::without_leader(&command), forecast: None }
+    let account = Account {
+        estimate_m: situation.own.position.into(),
+        estimate_heading_rad: situation.own.heading_rad,
+        ..Account::without_leader(&command)
+    };
+    Steered { control, account, forecast: None }
 }
 
 /// How the law came to its control.

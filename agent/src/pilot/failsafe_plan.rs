@@ -1,12 +1,12 @@
 //! How an airframe should leave the formation if its agent falls silent: by the path that keeps it clear of the others.
 //!
 //! The agent tells its airframe beforehand, with every command, because afterwards it cannot. A plan compares many paths, a
-//! few moments of them in each tick.
+//! few moments of them after each answer, when nobody waits for this agent.
 //!
 //! Never knows where the other UAVs are. The plan is for a formation whose UAVs fly in their slots. A UAV that is far from its
 //! own slot does not use it.
 
-use super::{slots::Slots, track::PeerTrack};
+use super::{Situation, slots::Slots, track::PeerTrack};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{
     FailsafePath, FormationFrame, LivingRing, LoiterRates, Pose, SensedObstacle, UavId, direction, wrap,
@@ -47,19 +47,20 @@ pub(super) struct FailsafePlan {
     planned: FailsafePath,
     /// What the airframe is told.
     path: FailsafePath,
+    /// What was known in the tick that was flown last; `None` once the plan has gone on from there.
+    sight: Option<Sight>,
     /// What the newest plan is for; `None` before the first one.
     planned_for: Option<Circumstances>,
     /// The plan that is being made.
     search: Option<Search>,
 }
 
-/// What an agent knows in one tick.
+/// How the leader and the air move in a tick.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sight<'a> {
-    pub(super) own: Pose,
-    pub(super) leader: PeerTrack,
-    pub(super) wind_m_s: Vector2<f64>,
-    pub(super) obstacles: &'a [SensedObstacle],
+struct Sight {
+    /// Where the leader is, and how it flies on.
+    leader: PeerTrack,
+    wind_m_s: Vector2<f64>,
 }
 
 /// What decides which path is clear, apart from obstacles.
@@ -93,9 +94,8 @@ struct Loiter {
 struct Outlook {
     /// Where the failsafe takes over.
     start: Pose,
-    leader: Pose,
-    leader_speed_m_s: f64,
-    leader_turn_rate_rad_s: f64,
+    /// The leader, at the origin.
+    leader: PeerTrack,
     wind_m_s: Vector2<f64>,
     /// The slot of each other UAV, before and after the ring has closed. Shared, because an agent copies its pilot to
     /// rehearse each tick.
@@ -140,7 +140,7 @@ impl FailsafePlan {
             steps_per_tick: (STEPS_PER_S * scenario.period_s()).ceil() as u32,
         });
         let built_in = FailsafePath::CIRCLE_LEFT;
-        Self { own, loiter, planned: built_in, path: built_in, planned_for: None, search: None }
+        Self { own, loiter, planned: built_in, path: built_in, sight: None, planned_for: None, search: None }
     }
 
     /// The way to leave.
@@ -148,25 +148,38 @@ impl FailsafePlan {
         self.path
     }
 
-    /// Goes on with the plan while the living UAVs have `slots`. Begins a new one if the last one is outdated.
-    pub(super) fn update(&mut self, slots: &Slots, sight: &Sight<'_>) {
-        let Some(loiter) = self.loiter else { return };
-        let Sight { leader, wind_m_s, obstacles, .. } = sight;
-        let now = Circumstances::new(slots, leader, loiter.frame, *wind_m_s);
+    /// Decides what the airframe is told in `situation`.
+    pub(super) fn look(&mut self, situation: &Situation<'_>) {
+        let (Some(loiter), Some(leader), Some(slot)) = (self.loiter, situation.leader, situation.slot_m())
+        else {
+            return;
+        };
+        let leader = PeerTrack { pose: leader.pose, ..leader.track };
+        self.sight = Some(Sight { leader, wind_m_s: situation.wind_m_s });
+        self.path = self.way_out(&loiter, &situation.own, slot, &leader.pose);
+    }
+
+    /// The newest plan, or away from `leader` for a UAV that is far from its `slot`.
+    fn way_out(&self, loiter: &Loiter, own: &Pose, slot: Point2<f64>, leader: &Pose) -> FailsafePath {
+        if (own.position - slot).norm() < loiter.enough_m { self.planned } else { outward(own, leader) }
+    }
+
+    /// Goes on with the plan while the living UAVs have `slots`, among the `obstacles` that are sensed. Begins a new plan if the last one
+    /// is outdated.
+    pub(super) fn go_on(&mut self, slots: &Slots, obstacles: &[SensedObstacle]) {
+        let (Some(loiter), Some(sight)) = (self.loiter, self.sight.take()) else { return };
+        let now = Circumstances::new(slots, &sight, loiter.frame);
         // Obstacles come nearer all the time. So while there are any, one search follows another.
         if self.is_outdated(&now) || (self.search.is_none() && !obstacles.is_empty()) {
             self.planned_for = Some(now);
-            let outlook = loiter.outlook(self.own, slots.ring(), leader, *wind_m_s);
-            self.search = Some(Search::new(outlook, self.planned));
+            self.search = Some(Search::new(loiter.outlook(self.own, slots.ring(), &sight), self.planned));
         }
-        let obstacles = Obstacles { sensed: obstacles, leader: leader.pose.position };
+        let obstacles = Obstacles { sensed: obstacles, leader: sight.leader.pose.position };
         if let Some(search) = &mut self.search
             && let Some(path) = search.advance(&loiter, &obstacles)
         {
             (self.planned, self.search) = (path, None);
         }
-        let is_in_slot = loiter.slot_error_m(slots, sight) < loiter.enough_m;
-        self.path = if is_in_slot { self.planned } else { outward(sight) };
     }
 
     fn is_outdated(&self, now: &Circumstances) -> bool {
@@ -177,7 +190,8 @@ impl FailsafePlan {
 }
 
 impl Circumstances {
-    fn new(slots: &Slots, leader: &PeerTrack, frame: FormationFrame, wind_m_s: Vector2<f64>) -> Self {
+    fn new(slots: &Slots, sight: &Sight, frame: FormationFrame) -> Self {
+        let Sight { leader, wind_m_s } = *sight;
         let frame_rad = match frame {
             FormationFrame::Fixed => -leader.pose.heading_rad,
             FormationFrame::Leader => 0.0,
@@ -197,27 +211,20 @@ impl Circumstances {
 
 impl Loiter {
     /// What happens if the agent of `own` falls silent now.
-    fn outlook(&self, own: UavId, ring: &LivingRing, leader: &PeerTrack, wind_m_s: Vector2<f64>) -> Outlook {
-        let here = Pose { position: Point2::origin(), heading_rad: leader.pose.heading_rad };
+    fn outlook(&self, own: UavId, ring: &LivingRing, sight: &Sight) -> Outlook {
+        let Sight { leader, wind_m_s } = *sight;
+        let here = Pose { position: Point2::origin(), ..leader.pose };
         Outlook {
-            start: self.start(ring.slot(own.0).offset(), leader, wind_m_s),
-            leader: here,
-            leader_speed_m_s: leader.speed_m_s,
-            leader_turn_rate_rad_s: leader.turn_rate_rad_s,
+            start: self.start(ring.slot(own.0).offset(), sight),
+            leader: PeerTrack { pose: here, ..leader },
             wind_m_s,
             others: moving_slots(own, ring).into(),
         }
     }
 
-    /// How far the UAV is from its slot.
-    fn slot_error_m(&self, slots: &Slots, sight: &Sight<'_>) -> f64 {
-        let Pose { position, heading_rad } = sight.leader.pose;
-        let slot = position + self.frame.placed(slots.geometry().slot, heading_rad);
-        (sight.own.position - slot).norm()
-    }
-
     /// Where the failsafe takes over of a UAV that flew in the slot at `offset`.
-    fn start(&self, offset: Vector2<f64>, leader: &PeerTrack, wind_m_s: Vector2<f64>) -> Pose {
+    fn start(&self, offset: Vector2<f64>, sight: &Sight) -> Pose {
+        let Sight { leader, wind_m_s } = sight;
         let (heading_rad, rate_rad_s) = (leader.pose.heading_rad, leader.turn_rate_rad_s);
         let offset = self.frame.placed(offset, heading_rad);
         let leading_m_s = direction(heading_rad) * leader.speed_m_s;
@@ -244,7 +251,8 @@ impl Loiter {
         let own = path.pose(&outlook.start, &self.rates, time_s).position;
         let time_s = self.begins_s + time_s;
         let from_obstacles_m = obstacles.clearance_m(own, time_s, outlook.wind_m_s);
-        let led = outlook.leader.after(outlook.leader_speed_m_s, outlook.leader_turn_rate_rad_s, time_s);
+        let PeerTrack { pose, speed_m_s, turn_rate_rad_s, .. } = outlook.leader;
+        let led = pose.after(speed_m_s, turn_rate_rad_s, time_s);
         let centre = led.carried(outlook.wind_m_s, -time_s);
         let closed = self.closed(time_s);
         // Seen in the frame of the slots, so that only one place has to be turned.
@@ -314,9 +322,8 @@ impl Search {
 }
 
 /// The circle that leads away from the leader. It is slow, so that the others have time to avoid a UAV that is in their midst.
-fn outward(sight: &Sight<'_>) -> FailsafePath {
-    let from_leader = sight.own.position - sight.leader.pose.position;
-    let is_left = direction(sight.own.heading_rad).perp(&from_leader) >= 0.0;
+fn outward(own: &Pose, leader: &Pose) -> FailsafePath {
+    let is_left = direction(own.heading_rad).perp(&(own.position - leader.position)) >= 0.0;
     if is_left { FailsafePath::CIRCLE_LEFT } else { FailsafePath::CIRCLE_RIGHT }
 }
 

@@ -32,7 +32,7 @@ pub use track::PeerTrack;
 
 use crate::law::{ControlInput, Limits, RepulsiveObstacle, repulsion};
 use crate::safety::{CollisionFilter, Surroundings};
-use failsafe_plan::{FailsafePlan, Sight};
+use failsafe_plan::FailsafePlan;
 use leader_estimate::LeaderEstimate;
 use nalgebra::{Point2, Vector2};
 use neighbours::Neighbours;
@@ -73,6 +73,7 @@ pub struct Pilot<S = BuiltInLaw> {
     knowledge: Knowledge,
     /// `None` while the scenario switches it off.
     filter: Option<CollisionFilter>,
+    failsafe: FailsafePlan,
 }
 
 /// What the pilot of one UAV knows.
@@ -92,7 +93,6 @@ struct Knowledge {
     leader: LeaderEstimate,
     wind: WindEstimate,
     slots: Slots,
-    failsafe: FailsafePlan,
     /// The revision of the membership that the slots are for.
     revision: u64,
 }
@@ -114,6 +114,7 @@ impl<S: Steer> Pilot<S> {
             steering,
             knowledge: Knowledge::new(scenario, uav),
             filter: scenario.control.collision_filter.then(|| CollisionFilter::new(scenario, uav)),
+            failsafe: FailsafePlan::new(scenario, uav),
         }
     }
 
@@ -123,6 +124,7 @@ impl<S: Steer> Pilot<S> {
             steering: self.steering.rehearsal(),
             knowledge: self.knowledge.clone(),
             filter: self.filter.clone(),
+            failsafe: self.failsafe.clone(),
         }
     }
 
@@ -163,7 +165,7 @@ impl<S: Steer> Pilot<S> {
 
     /// Decides for `now`.
     pub fn fly(&mut self, now: Tick) -> Result<Decision, Undecided> {
-        let Self { steering, knowledge, filter } = self;
+        let Self { steering, knowledge, filter, failsafe } = self;
         // Update the membership and the slots even without senses: the others fly on, and this UAV must agree with them
         // when its senses return.
         knowledge.update(now);
@@ -172,23 +174,27 @@ impl<S: Steer> Pilot<S> {
         let (reckoning, period_s) = (knowledge.dead_reckoning, knowledge.period_s);
         let wind_m_s = knowledge.wind.wind_m_s();
         // A controller is told the bare readings as well, but every UAV flies by the estimate.
-        let improved = knowledge.estimate.improved(&senses);
-        let own = knowledge.own.pose_at(&improved, now, reckoning, period_s, wind_m_s);
+        let then = knowledge.estimate.pose(&senses);
+        let own = knowledge.own.pose_at(then, &senses, now, reckoning, period_s, wind_m_s);
         let leader = knowledge.leader.at(now, reckoning, period_s);
-        if let Some(leader) = &leader {
-            let sight = Sight { own, leader: leader.track, wind_m_s, obstacles: senses.obstacles() };
-            knowledge.failsafe.update(&knowledge.slots, &sight);
-        }
         let traffic = filter.as_ref().and_then(CollisionFilter::traffic);
         let situation = knowledge.situation(now, own, &senses, leader, traffic);
+        failsafe.look(&situation);
         let steered = steering.steer(&situation).ok_or(Undecided::NotFinite)?;
         let (control, account) = filtered(filter.as_mut(), steered, &senses, &own, now, wind_m_s);
-        let account =
-            Account { estimate_m: own.position.into(), estimate_heading_rad: own.heading_rad, ..account };
         // If later senses are late, the own position is predicted from what was commanded here.
         knowledge.own.record_command(now, control);
-        let command = knowledge.command(now, control);
+        let command = Command {
+            failsafe_path: failsafe.path(),
+            ..Command::new(now, knowledge.uav, control.speed_m_s, control.turn_rate_rad_s)
+        };
         Ok(Decision { state: knowledge.state(now, &own, control), command, account })
+    }
+
+    /// Does what no answer has to wait for: goes on with the plan of how the airframe leaves the formation without its agent. To be
+    /// called once the tick is answered.
+    pub fn plan_ahead(&mut self) {
+        self.failsafe.go_on(&self.knowledge.slots, self.knowledge.own.obstacles());
     }
 }
 
@@ -238,7 +244,6 @@ impl Knowledge {
             leader: LeaderEstimate::default(),
             wind: WindEstimate::new(scenario),
             slots: Slots::new(scenario, uav),
-            failsafe: FailsafePlan::new(scenario, uav),
             // Revision 0 is the whole ring, and `Slots::new` begins with that.
             revision: 0,
         }
@@ -303,11 +308,6 @@ impl Knowledge {
                 slots_are_moving: self.slots.is_moving(),
             },
         }
-    }
-
-    fn command(&self, now: Tick, control: ControlInput) -> Command {
-        let command = Command::new(now, self.uav, control.speed_m_s, control.turn_rate_rad_s);
-        Command { failsafe_path: self.failsafe.path(), ..command }
     }
 
     /// The state for the neighbours. It holds the speed and turn rate that begin now, so they predict the coming tick

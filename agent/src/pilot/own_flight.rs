@@ -4,7 +4,7 @@
 
 use crate::law::ControlInput;
 use nalgebra::Vector2;
-use ringwing_flight::{FlightMode, Pose, Sensed, Tick};
+use ringwing_flight::{FlightMode, Pose, Sensed, SensedObstacle, Tick};
 use ringwing_scenario::DeadReckoning;
 use std::collections::VecDeque;
 
@@ -65,17 +65,23 @@ impl OwnFlight {
         self.commands.push_back((now, control));
     }
 
-    /// Where the UAV is at `now`: from `senses` along what it has commanded since, in a wind of `wind_m_s`, as far as `reckoning`
-    /// allows.
+    /// The obstacles in the newest senses.
+    pub(super) fn obstacles(&self) -> &[SensedObstacle] {
+        self.senses.as_ref().map_or(&[], Sensed::obstacles)
+    }
+
+    /// Where the UAV is at `now`, if it was at `then` when it took `senses`: along what it has commanded since, in a wind of `wind_m_s`,
+    /// as far as `reckoning` allows.
     pub(super) fn pose_at(
         &self,
+        then: Pose,
         senses: &Sensed,
         now: Tick,
         reckoning: DeadReckoning,
         period_s: f64,
         wind_m_s: Vector2<f64>,
     ) -> Pose {
-        let mut pose = Pose { position: senses.position_m.into(), heading_rad: senses.heading_rad };
+        let mut pose = then;
         let end = match reckoning {
             // Senses arrive in their own tick, so there is no exchange of one tick for `Tick` to make up for.
             DeadReckoning::Off | DeadReckoning::Tick => senses.tick,
@@ -146,12 +152,13 @@ mod tests {
     /// The pose two ticks after `taken`, while the UAV commanded two turns that `taken` does not show.
     fn pose_two_ticks_later(taken: &Sensed, reckoning: DeadReckoning) -> (Pose, Pose) {
         let mut own = OwnFlight::default();
-        let mut truth = Pose { position: taken.position_m.into(), heading_rad: taken.heading_rad };
+        let start = Pose { position: taken.position_m.into(), heading_rad: taken.heading_rad };
+        let mut truth = start;
         for (tick, (speed_m_s, turn_rate_rad_s)) in (taken.tick.0..).zip([(20.0, 0.1), (18.0, -0.2)]) {
             own.record_command(Tick(tick), ControlInput { speed_m_s, turn_rate_rad_s });
             truth = truth.after(speed_m_s, turn_rate_rad_s, 0.01);
         }
-        (own.pose_at(taken, Tick(taken.tick.0 + 2), reckoning, 0.01, Vector2::zeros()), truth)
+        (own.pose_at(start, taken, Tick(taken.tick.0 + 2), reckoning, 0.01, Vector2::zeros()), truth)
     }
 
     #[test]

@@ -62,7 +62,7 @@ pub struct RingNeighbour<'a> {
     pub track: Option<&'a PeerTrack>,
 }
 
-/// Which UAVs the agent takes for alive.
+/// Which UAVs the agent believes to be alive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Membership<'a> {
     /// How many UAVs are alive, this one included.

@@ -236,7 +236,8 @@ fn senses_of_a_tick_that_is_known_are_no_news_and_late_ones_drift_with_the_wind(
     assert!(own.receive(&senses(3, [0.0; 2], &[])) && !own.receive(&senses(3, [0.0; 2], &[])));
     let taken = senses(3, [0.0; 2], &[]);
     let wind_m_s = Vector2::new(0.0, 5.0);
-    let pose = own.pose_at(&taken, Tick(5), DeadReckoning::Full, 0.01, wind_m_s);
+    let then = Pose { position: Point2::origin(), heading_rad: 0.0 };
+    let pose = own.pose_at(then, &taken, Tick(5), DeadReckoning::Full, 0.01, wind_m_s);
     assert_near(pose.position.into(), [2.0 * 0.15, 2.0 * 0.05]);
 }
 

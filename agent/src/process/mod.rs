@@ -93,6 +93,7 @@ fn fly<S: Steer>(args: &AgentArgs, steering: impl FnOnce(&Start<'_>) -> S) -> Re
         ports.update_inputs(&mut agent)?;
         ports.send(&answer, answerer.gate(), tick, woke_ns, read_ns)?;
         answerer.answer(tick)?;
+        agent.plan_ahead();
     }
     Ok(())
 }

@@ -38,12 +38,7 @@ impl Event {
             Self::ThawOverdue { part } => {
                 format!("{part} stayed frozen for too long; killed: raise supervision.answer_timeout_s")
             }
-            Self::ProcessSilent { part, waited_s } => {
-                format!(
-                    "{part} has not answered for {waited_s:.1} s; flying on: raise supervision.answer_timeout_s if it is \
-                     only slow"
-                )
-            }
+            Self::ProcessSilent { part, waited_s } => silence_text(*part, *waited_s),
             Self::ReplacementOverdue => {
                 "no replacement was ready in time; flying on: raise supervision.start_timeout_s".into()
             }
@@ -82,6 +77,12 @@ impl Collider {
             Self::Intruder(intruder) => intruder.to_string(),
         }
     }
+}
+
+fn silence_text(part: Part, waited_s: f64) -> String {
+    format!(
+        "{part} has not answered for {waited_s:.1} s; flying on: raise supervision.answer_timeout_s if it is only slow"
+    )
 }
 
 fn loss_text(part: Part, end: ProcessEnd, then: AfterLoss) -> String {

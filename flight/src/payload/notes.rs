@@ -16,7 +16,7 @@ const RESERVED: [&str; 3] = ["tick", "time_s", "uav"];
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoteRefusal {
-    /// Its name is none that a log can have.
+    /// A log cannot have such a name.
     Name,
     /// The tick has [`MAX_NOTES`] others.
     TooMany,

@@ -195,7 +195,7 @@ pub struct SafetySection {
     pub horizon_s: f64,
     /// How often a UAV looks whether its path is clear.
     pub interval_s: f64,
-    /// How often it looks while it avoids something or senses an obstacle; at most `interval_s`.
+    /// How often it looks while it avoids something or senses an obstacle, unless `interval_s` is shorter.
     pub acting_interval_s: f64,
     /// The angle between two courses that it considers.
     pub heading_step_deg: f64,

@@ -66,7 +66,7 @@ impl SensorsSection {
     /// Whether every UAV senses its own flight exactly, in every tick.
     pub fn are_perfect(&self) -> bool {
         let perfect = Self::default();
-        // How fast a bias wanders, and how long dropouts last, means nothing where there are none.
+        // Without biases and dropouts it does not matter how fast biases wander or how long dropouts last.
         let Self { position_bias_time_s, position_dropout_s, heading_bias_time_s, .. } = *self;
         *self == Self { position_bias_time_s, position_dropout_s, heading_bias_time_s, ..perfect }
     }

@@ -15,9 +15,16 @@ fn scenario(uavs: u32) -> Scenario {
     scenario
 }
 
-/// What a UAV knows that flies beside `leader`.
-fn sight<'a>(leader: &PeerTrack, wind_m_s: Vector2<f64>, obstacles: &'a [SensedObstacle]) -> Sight<'a> {
-    Sight { own: leader.pose, leader: *leader, wind_m_s, obstacles }
+/// One tick of a plan: `leader` flies in this wind.
+fn go_on(
+    plan: &mut FailsafePlan,
+    slots: &Slots,
+    leader: &PeerTrack,
+    wind_m_s: Vector2<f64>,
+    obstacles: &[SensedObstacle],
+) {
+    plan.sight = Some(Sight { leader: *leader, wind_m_s });
+    plan.go_on(slots, obstacles);
 }
 
 /// Lets `plan` go on in still air until it is made.
@@ -31,10 +38,9 @@ fn finish_in(
     slots: &Slots,
     leader: &PeerTrack,
 ) -> FailsafePath {
-    let sight = sight(leader, wind_m_s, &[]);
-    plan.update(slots, &sight);
+    go_on(plan, slots, leader, wind_m_s, &[]);
     while plan.search.is_some() {
-        plan.update(slots, &sight);
+        go_on(plan, slots, leader, wind_m_s, &[]);
     }
     plan.planned
 }
@@ -55,7 +61,7 @@ fn planned_in(
     let (slots, mut plan) = (Slots::new(scenario, UavId(own)), FailsafePlan::new(scenario, UavId(own)));
     let path = finish_in(wind_m_s, &mut plan, &slots, leader);
     let loiter = plan.loiter.expect("it chooses");
-    let outlook = loiter.outlook(UavId(own), slots.ring(), leader, wind_m_s);
+    let outlook = loiter.outlook(UavId(own), slots.ring(), &Sight { leader: *leader, wind_m_s });
     let at = |step| loiter.clearance_m(path, &outlook, f64::from(step) * STEP_S, &NO_OBSTACLES);
     (path, (0..=STEPS).map(at).fold(f64::INFINITY, f64::min))
 }
@@ -96,7 +102,7 @@ fn an_obstacle_on_the_path_changes_it_before_the_uav_is_there() {
     let path = |plan: &mut FailsafePlan, x_m: f64| {
         // While an obstacle is sensed, a search never ends for good.
         for _ in 0..1000 {
-            plan.update(&slots, &sight(&leader(0.0, 0.0), Vector2::zeros(), &[mast(x_m)]));
+            go_on(plan, &slots, &leader(0.0, 0.0), Vector2::zeros(), &[mast(x_m)]);
         }
         plan.planned
     };
@@ -104,7 +110,11 @@ fn an_obstacle_on_the_path_changes_it_before_the_uav_is_there() {
     let after = path(&mut plan, -20.0);
     assert_ne!(after, before);
     let loiter = plan.loiter.expect("it chooses");
-    let outlook = loiter.outlook(UavId(2), slots.ring(), &leader(0.0, 0.0), Vector2::zeros());
+    let outlook = loiter.outlook(
+        UavId(2),
+        slots.ring(),
+        &Sight { leader: leader(0.0, 0.0), wind_m_s: Vector2::zeros() },
+    );
     let obstacles = Obstacles { sensed: &[mast(-20.0)], leader: Point2::origin() };
     let clear_m = |path| {
         let at = |step| loiter.clearance_m(path, &outlook, f64::from(step) * STEP_S, &obstacles);
@@ -125,10 +135,10 @@ fn only_a_uav_near_its_slot_leaves_as_planned_and_others_circle_away_from_the_le
     let scenario = scenario(6);
     let (slots, mut plan) = (Slots::new(&scenario, UavId(4)), FailsafePlan::new(&scenario, UavId(4)));
     let planned = finish(&mut plan, &slots, &leader(0.0, 0.0));
-    let mut path = |x_m: f64, y_m: f64| {
+    let loiter = plan.loiter.expect("it chooses");
+    let path = |x_m: f64, y_m: f64| {
         let own = Pose { position: Point2::new(x_m, y_m), heading_rad: 0.0 };
-        plan.update(&slots, &Sight { own, ..sight(&leader(0.0, 0.0), Vector2::zeros(), &[]) });
-        plan.path()
+        plan.way_out(&loiter, &own, Point2::new(40.0, 0.0), &leader(0.0, 0.0).pose)
     };
     // Its slot is 40 m in front of the leader.
     assert_eq!([path(40.0, 0.0), path(30.0, -20.0)], [planned; 2]);
@@ -159,7 +169,7 @@ fn a_plan_is_made_anew_when_the_slots_change_or_the_leader_turns() {
     let path = finish(&mut plan, &slots, &leader(0.0, 0.0));
     // In a gust the plan stays, and in another wind it is made anew.
     for (wind_m_s, is_planned) in [(1.5, false), (8.0, true)] {
-        plan.update(&slots, &sight(&leader(0.0, 0.0), Vector2::new(wind_m_s, 0.0), &[]));
+        go_on(&mut plan, &slots, &leader(0.0, 0.0), Vector2::new(wind_m_s, 0.0), &[]);
         assert_eq!(plan.search.is_some(), is_planned);
     }
     // Alone, it has nobody to keep clear of, so any path is good enough.
@@ -171,10 +181,10 @@ fn a_plan_is_made_anew_when_the_slots_change_or_the_leader_turns() {
 fn a_plan_takes_many_ticks_and_ends_even_while_the_leader_keeps_turning() {
     let scenario = scenario(6);
     let (slots, mut plan) = (Slots::new(&scenario, UavId(4)), FailsafePlan::new(&scenario, UavId(4)));
-    plan.update(&slots, &sight(&leader(0.0, 0.0), Vector2::zeros(), &[]));
+    go_on(&mut plan, &slots, &leader(0.0, 0.0), Vector2::zeros(), &[]);
     let mut ticks = 1;
     while plan.search.is_some() {
-        plan.update(&slots, &sight(&leader(0.2 * f64::from(ticks), 0.0), Vector2::zeros(), &[]));
+        go_on(&mut plan, &slots, &leader(0.2 * f64::from(ticks), 0.0), Vector2::zeros(), &[]);
         ticks += 1;
     }
     assert!((5..400).contains(&ticks), "{ticks}");

@@ -2,8 +2,8 @@
 //!
 //! Between two fixes, airspeed, heading and turn rate say how far the UAV has come through the air. A fix that lies elsewhere says
 //! that the wind is another one, or that the fix is wrong; the variances decide how much of both. The same goes for the heading, with a
-//! compass in place of the receiver and the bias of the gyroscope in place of the wind. So position and wind are one filter, and what
-//! the pilot takes for the wind is what carries its UAV away, including errors of airspeed and heading.
+//! compass in place of the receiver and the bias of the gyroscope in place of the wind. So position and wind are one filter, and its
+//! estimate of the wind is whatever carries the UAV away, including errors of airspeed and heading.
 //!
 //! The filter knows the data sheet of its sensors, which is `[sensors]`, and no bias. A bias of the receiver or of the compass looks like
 //! the truth to it, so it stays in the estimate.
@@ -15,7 +15,7 @@ mod offset_filter;
 use nalgebra::Vector2;
 use offset_filter::OffsetFilter;
 use ringwing_flight::{Pose, Sensed, Tick, wrap};
-use ringwing_scenario::{Scenario, SensorsSection};
+use ringwing_scenario::Scenario;
 
 /// How fast the wind may change: its standard deviation after a second, squared, in m^2/s^3. A larger value follows gusts sooner and
 /// passes on more of the noise of fixes. Moderate gusts at 150 m have 2 s^2 V / L = 0.4.
@@ -37,7 +37,7 @@ const LONGEST_GAP_S: f64 = 1.0;
 /// One UAV's estimate of its own flight.
 #[derive(Debug, Clone)]
 pub(super) struct OwnEstimate {
-    /// `None` for a UAV that takes its readings as they are.
+    /// `None` for a UAV that uses its readings as they are.
     assumed: Option<Assumed>,
     /// `None` before the first senses.
     filter: Option<Filter>,
@@ -88,16 +88,14 @@ impl OwnEstimate {
         }
     }
 
-    /// `senses` with the estimated position and heading in place of those that were read.
-    pub(super) fn improved(&self, senses: &Sensed) -> Sensed {
-        let Some(filter) = self.filter.as_ref().filter(|filter| filter.tick == senses.tick) else {
-            return *senses;
-        };
-        let Pose { position, heading_rad } = filter.pose();
-        Sensed { position_m: position.into(), heading_rad, ..*senses }
+    /// Where the UAV was and headed when it took `senses`: as estimated, or as read without an estimate.
+    pub(super) fn pose(&self, senses: &Sensed) -> Pose {
+        let of_senses = self.filter.as_ref().filter(|filter| filter.tick == senses.tick);
+        let read = || Pose { position: senses.position_m.into(), heading_rad: senses.heading_rad };
+        of_senses.map_or_else(read, Filter::pose)
     }
 
-    /// The velocity of the air that the fixes show, in m/s; `None` for a UAV that takes its readings as they are.
+    /// The velocity of the air that the fixes show, in m/s; `None` for a UAV that uses its readings as they are.
     pub(super) fn wind_m_s(&self) -> Option<Vector2<f64>> {
         self.filter.as_ref().map(Filter::wind_m_s)
     }
@@ -105,7 +103,6 @@ impl OwnEstimate {
 
 impl Assumed {
     fn new(scenario: &Scenario) -> Self {
-        let SensorsSection { airspeed_noise_m_s, turn_rate_noise_rad_s, .. } = scenario.sensors;
         let sensors = &scenario.sensors;
         let squared = |value: f64| value * value;
         let is_told = scenario.wind.known;
@@ -113,8 +110,8 @@ impl Assumed {
             period_s: scenario.period_s(),
             position_variance: squared(sensors.position_noise_m.max(NOISE_MIN.0)),
             heading_variance: squared(sensors.heading_noise_deg.to_radians().max(NOISE_MIN.1)),
-            airspeed_noise_m_s,
-            turn_rate_noise_rad_s,
+            airspeed_noise_m_s: sensors.airspeed_noise_m_s,
+            turn_rate_noise_rad_s: sensors.turn_rate_noise_rad_s,
             turn_rate_bias_rad_s: sensors.turn_rate_bias_rad_s.max(GYROSCOPE_BIAS_MIN_RAD_S),
             wind_m_s: if is_told { scenario.wind.mean_m_s() } else { Vector2::zeros() },
             wind_deviation_m_s: if is_told { WIND_TOLD_M_S } else { WIND_UNKNOWN_M_S },

@@ -1,6 +1,7 @@
 use super::*;
 use nalgebra::Point2;
 use ringwing_flight::{FlightMode, SensedObstacle, UavId, draw::Draws, payload::MAX_SENSED_OBSTACLES};
+use ringwing_scenario::SensorsSection;
 
 const TURN_RATE_RAD_S: f64 = 0.2;
 const WIND_M_S: [f64; 2] = [4.0, -2.0];
@@ -41,8 +42,7 @@ fn flight() -> impl Iterator<Item = (i64, Pose)> {
 }
 
 fn error_m(estimate: &OwnEstimate, tick: i64, truth: &Pose) -> f64 {
-    let improved = estimate.improved(&senses(tick, truth, 0));
-    (Point2::from(improved.position_m) - truth.position).norm()
+    (estimate.pose(&senses(tick, truth, 0)).position - truth.position).norm()
 }
 
 #[test]
@@ -55,7 +55,7 @@ fn with_perfect_sensors_or_switched_off_it_does_nothing() {
         let (tick, pose) = flight().nth(3).unwrap();
         let sensed = senses(tick, &pose, 0);
         estimate.observe(&sensed);
-        assert_eq!((estimate.wind_m_s(), estimate.improved(&sensed)), (None, sensed));
+        assert_eq!((estimate.wind_m_s(), estimate.pose(&sensed)), (None, pose));
     }
 }
 
@@ -93,7 +93,7 @@ fn noise_leaves_less_than_half_of_itself() {
         estimate.observe(&Sensed { speed_m_s, turn_rate_rad_s, ..read });
         if tick >= 2000 {
             squares_m2 += error_m(&estimate, tick, &truth).powi(2);
-            squares_rad2 += wrap(estimate.improved(&read).heading_rad - truth.heading_rad).powi(2);
+            squares_rad2 += wrap(estimate.pose(&read).heading_rad - truth.heading_rad).powi(2);
         }
     }
     let (place_m, heading_rad) = ((squares_m2 / 18_000.0).sqrt(), (squares_rad2 / 18_000.0).sqrt());
@@ -110,7 +110,7 @@ fn the_bias_of_a_gyroscope_is_found() {
         estimate.observe(&Sensed { turn_rate_rad_s: TURN_RATE_RAD_S + 0.005, ..read });
     }
     let (tick, truth) = flight().nth(5999).unwrap();
-    let heading_rad = estimate.improved(&senses(tick, &truth, 0)).heading_rad;
+    let heading_rad = estimate.pose(&senses(tick, &truth, 0)).heading_rad;
     assert!(wrap(heading_rad - truth.heading_rad).abs() < 1e-3);
     assert!((estimate.filter.unwrap().heading.offset + 0.005).abs() < 5e-4);
 }

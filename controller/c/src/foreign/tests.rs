@@ -146,10 +146,10 @@ fn a_callback_sees_the_whole_situation_and_its_wish_comes_back() {
 
 #[expect(unsafe_code, reason = "notes as a program in C does")]
 unsafe extern "C-unwind" fn note_something(_: *mut c_void, _: *const RingwingSituation) -> RingwingWish {
-    // SAFETY: the names end with a zero, or there is none.
+    // SAFETY: each name ends with a zero.
     let taken = [c"slot_error_m", c"slot error", c"gain", c"na\xFFme"]
         .map(|name| unsafe { crate::ringwing_note(name.as_ptr(), 1.5) });
-    // SAFETY: as above.
+    // SAFETY: NULL stands for no name.
     let nameless = unsafe { crate::ringwing_note(ptr::null(), 1.5) };
     assert_eq!((taken, nameless), ([true, false, true, false], false));
     RingwingWish { speed_m_s: 16.0, turn_rate_rad_s: 0.0 }
