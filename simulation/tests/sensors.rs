@@ -66,7 +66,7 @@ fn a_uav_whose_position_drifts_flies_as_far_off_the_other_way_and_returns_when_i
     flight.fly(30.0, |_| ());
     let uav = flight.frame().uavs[2];
     let (state, control) = (uav.state.unwrap(), uav.control.unwrap());
-    // Its agent takes it to be in its slot: 10 m to the north of where it is.
+    // Its agent believes that it is in its slot: 10 m to the north of where it is.
     let off = control.estimate.unwrap().position - state.position();
     assert!((off - Vector2::new(0.0, 9.995)).norm() < 0.01, "{off}");
     let slot = Point2::from(state.slot_m.unwrap());

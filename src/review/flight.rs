@@ -36,7 +36,7 @@ pub(crate) struct UavColumns {
     pub(crate) wind_m_s: Column,
     /// How far the agent's estimate of the wind is off; absent in still air.
     pub(crate) wind_error_m_s: Column,
-    /// How far the UAV is from where its agent takes it to be.
+    /// How far the UAV is from where its agent believes that it is.
     pub(crate) estimate_error_m: Column,
     /// Age of the oldest data that its agent used.
     pub(crate) age_s: Column,

@@ -118,7 +118,7 @@ fn paint_world(context: &mut Context, now: Tick, model: &Model, window: &Window,
     }
 }
 
-/// A line from a UAV to where its agent takes it to be.
+/// A line from a UAV to where its agent believes that it is.
 fn paint_estimate(context: &mut Context, uav: &UavFrame, paint: Paint) {
     let estimate = uav.control.as_ref().and_then(|control| control.estimate);
     let (Some(state), Some(estimate)) = (uav.commanded(), estimate) else { return };

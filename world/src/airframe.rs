@@ -36,7 +36,7 @@ pub enum Refusal {
 }
 
 /// Ticks without a new command after which an aircraft no longer seems to be flown. In lockstep 1 would do; in real time a
-/// command may be late. More let a UAV be taken for steered while it flies on blindly.
+/// command may be late. With more, a UAV that flies on blindly still counts as steered.
 const SILENT_TICKS: i64 = 3;
 
 /// An airframe and its state.

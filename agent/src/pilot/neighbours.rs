@@ -105,6 +105,7 @@ impl Neighbours {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reception::sample::test_state;
 
     /// A UAV that considers a neighbour lost after 100 silent ticks.
     fn neighbours(own: u32) -> Neighbours {
@@ -114,16 +115,7 @@ mod tests {
     }
 
     fn state(uav: u32, tick: i64, x_m: f64) -> UavState {
-        UavState {
-            tick: Tick(tick),
-            position_m: [x_m, 0.0],
-            heading_rad: 0.0,
-            speed_m_s: 15.0,
-            turn_rate_rad_s: 0.0,
-            uav: UavId(uav),
-            reserved: 0,
-            rumours: Default::default(),
-        }
+        UavState { position_m: [x_m, 0.0], uav: UavId(uav), ..test_state(tick) }
     }
 
     /// UAV 2 hears from UAV 1 in each tick up to `until`, and from UAV 3 the states that `of_three` gives.

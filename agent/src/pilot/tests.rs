@@ -3,6 +3,7 @@
 use super::*;
 use crate::controller::{Controller, Guest, Wish};
 use crate::law::Bond;
+use crate::reception::sample::test_state;
 use ringwing_flight::{FlightMode, SensedAircraft, payload::MAX_SENSED_OBSTACLES, turned};
 
 /// UAV 1 of six flies by the paper's law with G = 2, k = 100 m and 0.01 rad/s for a metre across, without prediction. Its
@@ -47,16 +48,7 @@ fn mast(position_m: [f64; 2], braking_distance_m: f64) -> SensedObstacle {
 }
 
 fn state(uav: u32, tick: i64, position_m: [f64; 2]) -> UavState {
-    UavState {
-        tick: Tick(tick),
-        position_m,
-        heading_rad: 0.0,
-        speed_m_s: 15.0,
-        turn_rate_rad_s: 0.0,
-        uav: UavId(uav),
-        reserved: 0,
-        rumours: Default::default(),
-    }
+    UavState { position_m, uav: UavId(uav), ..test_state(tick) }
 }
 
 /// The leader at the origin, on its way to the east.

@@ -41,8 +41,8 @@ const PATIENCE_S: f64 = 3.0;
 /// with intruders that cross its way; more lets it fly beside one for longer.
 const ENCOUNTER_S: f64 = 10.0;
 /// Conflicts with an aircraft that are at most this far apart are one encounter. A UAV beside an aircraft turns to its wish whenever that
-/// is clear for a moment, and back. Shorter, and each of these conflicts would be taken for the first one; longer, and another
-/// passage would count as well.
+/// is clear for a moment, and back. With a shorter time, each of these conflicts would count as the first one; with a longer one,
+/// another passage would count as well.
 const ENCOUNTER_BREAK_S: f64 = 3.0;
 /// Cost of any conflict: more than all departures from the wish together.
 const CONFLICT_COST: f64 = 1000.0;

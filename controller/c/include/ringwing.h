@@ -132,7 +132,7 @@ typedef struct RingwingSlot {
   double radius_m;
 } RingwingSlot;
 
-/// Which UAVs this one takes for alive.
+/// Which UAVs this one believes to be alive.
 typedef struct RingwingMembership {
   /// The numbers of the lost UAVs, ascending. Always empty if the scenario's ring does not close after a loss.
   const uint32_t *lost;

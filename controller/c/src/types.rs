@@ -130,7 +130,7 @@ pub struct RingwingAircraft {
     pub is_answering: bool,
 }
 
-/// Which UAVs this one takes for alive.
+/// Which UAVs this one believes to be alive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct RingwingMembership {

@@ -178,7 +178,7 @@ fn estimate_errors(flight: &LoggedFlight) -> FlightFigure {
         .figure(
             "estimate-errors",
             "Own-position error",
-            "How far each UAV is from where its agent takes it to be, because of its sensors or of late data.",
+            "How far each UAV is from where its agent believes that it is, because of its sensors or of late data.",
             "error, m",
         )
         .on_axis_from_zero()
