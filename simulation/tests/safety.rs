@@ -180,10 +180,12 @@ fn without_the_filter_and_with_slots_by_number_they_collide() {
     assert!(flights.iter().any(|flight| flight.pair_m < 2.0), "else the tests here show nothing");
 }
 
+/// Senses of traffic as a poor receiver has them.
+const LATE_SENSES: [&str; 3] = ["traffic_delay_s=0.3", "traffic_noise_m=2", "traffic_loss=0.2"];
+
 #[test]
 fn late_noisy_and_lost_senses_of_traffic_suffice() {
-    let settings = ["traffic_delay_s=0.3", "traffic_noise_m=2", "traffic_loss=0.2"];
-    let flights = fly_all(300_001..=300_016, |seed| drawn(6, seed, 60.0, &settings));
+    let flights = fly_all(300_001..=300_016, |seed| drawn(6, seed, 60.0, &LATE_SENSES));
     assert!(failed(&flights, 2.0).is_empty(), "{:?}", failed(&flights, 2.0));
 }
 
@@ -192,11 +194,11 @@ fn a_field_of_obstacles_is_crossed_without_a_hit() {
     let flights = fly_all(400_001..=400_008, |seed| field(10, seed));
     assert!(failed(&flights, NEAR_MISS_M).is_empty(), "{:?}", failed(&flights, NEAR_MISS_M));
     let unfiltered = |seed| {
-        let mut scenario = field(10, seed);
+        let mut scenario = field(20, seed);
         scenario.control.collision_filter = false;
         scenario
     };
-    let hits = fly_all(400_001..=400_008, unfiltered);
+    let hits = fly_all(400_001..=400_016, unfiltered);
     assert!(hits.iter().any(|flight| flight.clearance_m <= 0.0), "else the fields are empty");
 }
 
@@ -371,16 +373,22 @@ fn figures_of_drawn_starts() {
 
 #[test]
 #[ignore = "flies for many minutes"]
+fn figures_of_late_noisy_and_lost_senses() {
+    print("late senses", &fly_all(1_000_001..=1_001_000, |seed| drawn(6, seed, 150.0, &LATE_SENSES)));
+}
+
+#[test]
+#[ignore = "flies for many minutes"]
 fn figures_of_storms() {
     let storm = |seed: u64| preset("storm", &[&format!("seed={seed}")]);
-    print("storm", &fly_all(1..=300, storm));
+    print("storm", &fly_all(1..=1000, storm));
 }
 
 #[test]
 #[ignore = "flies for many minutes"]
 fn figures_of_fields() {
     for circles in [5, 10, 20, 30] {
-        print(&format!("{circles} circles"), &fly_all(2_000_001..=2_000_100, |seed| field(circles, seed)));
+        print(&format!("{circles} circles"), &fly_all(2_000_001..=2_000_500, |seed| field(circles, seed)));
     }
 }
 
@@ -388,7 +396,7 @@ fn figures_of_fields() {
 #[ignore = "flies for many minutes"]
 fn figures_of_intruders() {
     for (count, cooperative) in [1, 2, 3].into_iter().flat_map(|count| [(count, true), (count, false)]) {
-        let flights = fly_all(3_000_001..=3_000_050, |seed| crossed(count, cooperative, seed));
+        let flights = fly_all(3_000_001..=3_000_500, |seed| crossed(count, cooperative, seed));
         print(&format!("{count} intruders, cooperative: {cooperative}"), &flights);
     }
 }

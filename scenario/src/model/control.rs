@@ -70,7 +70,7 @@ impl Default for ControlSection {
             trust_fades,
             trust_time_s: 0.5,
             gain_fades,
-            gain_reach_spacings: 0.5,
+            gain_reach_spacings: 0.1,
             force_limited,
             turn_feed_forward,
             wind_estimated,
