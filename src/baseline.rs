@@ -8,7 +8,7 @@ use ringwing_recorder::{
     metrics::Deviation,
 };
 use ringwing_scenario::Scenario;
-use ringwing_study::Baseline;
+use ringwing_study::{Baseline, flight};
 use std::path::Path;
 
 /// Compares the flight in the log at `path`.
@@ -22,7 +22,7 @@ pub(crate) fn of_log(path: &Path) -> anyhow::Result<Deviation> {
     for tick in reader.ticks(&scenario).filter(Replayed::has_uavs) {
         baseline.observe(&tick.frame);
     }
-    Ok(baseline.summary())
+    Ok(baseline.finish()?)
 }
 
 /// The baseline of a flight of `scenario`, before its first tick.
@@ -37,8 +37,8 @@ pub(crate) fn begin(scenario: &Scenario) -> anyhow::Result<Baseline> {
 /// Refuses a flight whose baseline cannot be simulated.
 ///
 /// # Errors
-/// The scenario flies in real time, in which two flights differ without a fault, too, or a program of the user's flies a UAV.
+/// The scenario flies in real time, in which two flights differ without a fault, too, or a program that it names is not there.
 pub(crate) fn check(scenario: &Scenario) -> Result<(), WrongUsage> {
     let message = |error| format!("--baseline simulates the flight without its faults: {error}");
-    ringwing_simulation::check(scenario).map_err(|error| WrongUsage(message(error)))
+    flight::check(scenario).map_err(|error| WrongUsage(message(error)))
 }

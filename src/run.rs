@@ -152,7 +152,8 @@ fn plan(args: &RunArgs) -> anyhow::Result<(Plan, Vec<String>)> {
     // The world draws start states when it starts. Try that here, to fail before any process is started.
     start::states(&scenario)?;
     if args.simulated {
-        ringwing_simulation::check(&scenario).map_err(|error| WrongUsage(format!("--simulated: {error}")))?;
+        ringwing_study::flight::check(&scenario)
+            .map_err(|error| WrongUsage(format!("--simulated: {error}")))?;
     }
     if args.baseline {
         baseline::check(&scenario)?;
@@ -251,8 +252,7 @@ fn command(args: &RunArgs, seed: u64, added: &[Fault]) -> String {
     for setting in &args.settings {
         words.extend(["--set".into(), format!("{}={}", setting.key, setting.value)]);
     }
-    let agents = args.agents.iter().map(|agent| format!("{}={}", agent.uavs, agent.command_line()));
-    words.extend(agents.flat_map(|agent| ["--agent".into(), agent]));
+    words.extend(args.agents.iter().flat_map(|agent| ["--agent".into(), agent.flag()]));
     words.extend(args.faults.iter().chain(added).flat_map(|fault| ["--fault".into(), fault.to_string()]));
     words.extend(["--seed".into(), seed.to_string()]);
     words.extend(law(args).into_iter().flat_map(|law| ["--law".into(), law]));

@@ -1,12 +1,13 @@
 //! A flight in this process instead of one process per part: `run --simulated`, and what `verify` repeats a flight with.
 //!
-//! Writes the same log as the processes, without wall-clock times. Must never use shared memory or start a process.
+//! Writes the same log as the processes, without wall-clock times. Must never use shared memory, nor start a process of the run: only the
+//! user's own programs have processes.
 
 use crate::launcher::{LaunchError, Outcome, Plan, Progress};
 use ringwing_bus::{DomainId, StopFlag};
 use ringwing_flight::{FormationError, Tick};
 use ringwing_recorder::log::run_folder;
-use ringwing_study::recorded::{RecordedEnd, RecordedFlight};
+use ringwing_study::recorded::{Places, RecordedEnd, RecordedFlight};
 use std::{path::PathBuf, time::Instant};
 
 /// Ticks between two looks at the progress line. More make it jerk; fewer cost time in short ticks.
@@ -21,7 +22,9 @@ pub(crate) fn fly(plan: &Plan) -> anyhow::Result<Outcome> {
     let stop = StopFlag::on_signals()?;
     let folder = make_folder(plan)?;
     let log = plan.record.then(|| run_folder::log_in(&folder));
-    let mut flight = RecordedFlight::begin(&plan.scenario, log.as_deref())?;
+    let output = run_folder::output_in(&folder);
+    let places = Places { log: log.as_deref(), output: Some(&output) };
+    let mut flight = RecordedFlight::begin(&plan.scenario, places)?;
     let progress = Progress::new(&plan.scenario, plan.quiet);
     progress.print(&format!("simulated, folder {}", folder.display()));
     let takeoff = Instant::now();
@@ -55,7 +58,7 @@ fn fly_to_end(flight: &mut RecordedFlight, mut progress: Progress, stop: &StopFl
     let mut goes_on = true;
     while goes_on {
         goes_on = flight.step();
-        for event in flight.simulation().events() {
+        for event in flight.events() {
             progress.print_event(event);
         }
         show_progress(flight, &mut progress);

@@ -1,9 +1,12 @@
 //! Controllers of the user's: programs that fly UAVs in place of the built-in law.
 
-use crate::harness::{Finished, Swarm, ringwing};
+use crate::{
+    harness::{Finished, Swarm, ringwing},
+    sweep::{rows, table},
+};
 use ringwing_flight::{Part, UavId};
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::{Command, Output},
@@ -47,8 +50,11 @@ fn a_controller_in_rust_forms_the_ring_and_its_flight_repeats_to_the_bit() {
     let run = Swarm::fly("paper-4.1").agent(&format!("all={}", consensus())).finish();
     run.assert_ended_with(0);
     assert!(run.number("slot_error_max_m") < 0.01, "{:#}", run.summary);
-    let verified = verify(&run);
-    assert!(verified.status.success(), "{}", String::from_utf8_lossy(&verified.stdout));
+    // Verifying simulates the flight, with the same program in another role.
+    for how in [&[][..], &["--processes"]] {
+        let verified = ringwing().arg("verify").arg(&run.folder).args(how).output().unwrap();
+        assert!(verified.status.success(), "{how:?}: {}", String::from_utf8_lossy(&verified.stdout));
+    }
     let built_in = Swarm::fly("paper-4.1").finish();
     assert_ne!(run.text("payload_hash"), built_in.text("payload_hash"), "it is another law");
     let (log, of_built_in) = (run.log(), built_in.log());
@@ -158,16 +164,83 @@ fn what_cannot_start_a_program_says_so_before_anything_flies() {
     let (code, text) = flown(&[&["run", "paper-4.1"], &agent[..]].concat());
     assert_eq!(code, Some(1), "{text}");
     assert!(text.contains("uav 3: program \"./mine\" cannot be started in"), "{text}");
-    let (code, text) = flown(&[&["run", "paper-4.1", "--simulated"], &agent[..]].concat());
-    assert_eq!(code, Some(2), "{text}");
-    assert!(text.contains("uav 3 is flown by a program of its own (./mine)"), "{text}");
+    for simulated in [&["run", "paper-4.1", "--simulated"][..], &["sweep", "paper-4.1", "--seeds", "1"]] {
+        let (code, text) = flown(&[simulated, &agent[..]].concat());
+        assert_eq!(code, Some(2), "{text}");
+        assert!(text.contains("uav 3: program \"./mine\" cannot be started in"), "{text}");
+    }
     let (code, text) = flown(&["run", "paper-4.1", "--agent", "9=./mine"]);
     assert_eq!(code, Some(2), "{text}");
     assert!(text.contains("there is no UAV 9: this swarm has UAVs 1 to 6"), "{text}");
 
-    fs::write(folder.path().join("mine.toml"), "[[agents]]\nuavs = \"all\"\ncommand = [\"./mine\"]\n")
-        .unwrap();
-    let (code, text) = flown(&["sweep", "mine.toml", "--seeds", "1"]);
-    assert!(code != Some(0) && text.contains("flown by a program of its own (./mine)"), "{code:?} {text}");
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left behind");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "nothing is left behind");
+}
+
+#[test]
+fn a_sweep_flies_controllers_in_the_simulation_as_processes_do_also_after_restarts() {
+    let folder = tempfile::tempdir().unwrap();
+    let fault = "at 4 s restart uav 3 after 1 s";
+    let swept = |out: &str, how: &[&str]| {
+        let mut sweep = ringwing();
+        sweep.args(["sweep", "paper-4.1", "--axis", "formation.uavs=4, 5", "--seeds", "2", "--json"]);
+        sweep.args(["--set", "time.duration_s=8", "--set", "control.law=resilient", "--fault", fault]);
+        sweep
+            .args(["--agent", &format!("2, 3={}", consensus()), "--out", out])
+            .args(how)
+            .current_dir(folder.path());
+        let output = sweep.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let flown = |row: &BTreeMap<String, String>| {
+            ["cell", "seed", "payload_hash"].map(|column| row[column].clone())
+        };
+        table(&rows(folder.path(), out)).iter().map(flown).collect::<BTreeSet<_>>()
+    };
+    let simulated = swept("simulated", &[]);
+    assert_eq!(simulated.len(), 4);
+    assert!(simulated.iter().all(|[_, _, hash]| hash.len() == 32), "{simulated:?}");
+    assert_eq!(simulated, swept("processes", &["--processes"]));
+}
+
+#[test]
+fn a_simulated_flight_ends_with_the_reason_when_a_program_breaks() {
+    let folder = tempfile::tempdir().unwrap();
+    let consensus = consensus();
+    let flown = |agent: &str| {
+        let output = ringwing()
+            .args(["run", "paper-4.1", "--simulated", "--duration", "2000", "--no-record", "--json", "--out"])
+            .arg(folder.path())
+            .args(["--set", "supervision.start_timeout_s=2", "--set", "supervision.answer_timeout_s=1"])
+            .args(["--agent", agent])
+            .output()
+            .unwrap();
+        (output.status.code(), [output.stdout, output.stderr].concat())
+    };
+    for (agent, reason) in [
+        ("2=sh -c 'echo no idea how to fly >&2; exit 3'", "uav 2: its program ended (exit status: 3)"),
+        ("4=sh -c 'sleep 98763; true'", "uav 4: its program did not answer within 2 s"),
+        (
+            r#"5=sh -c 'printf "\005\000\000\000hello" >&0; sleep 98763'"#,
+            "uav 5: its program was built with another version of ringwing: \"hello\" instead of \"ringwing ",
+        ),
+        // It answers the first situations, and then it is killed.
+        (
+            &format!("6=sh -c '(sleep 0.5; kill -9 $$) & exec {consensus} \"$@\"' sh"),
+            "uav 6: its program ended (signal: 9 (SIGKILL))",
+        ),
+        (
+            &format!("1=sh -c '(sleep 0.5; kill -STOP $$) & exec {consensus} \"$@\"' sh"),
+            "uav 1: its program did not answer within 1 s",
+        ),
+    ] {
+        let (code, text) = flown(agent);
+        let text = String::from_utf8(text).unwrap();
+        assert_eq!(code, Some(1), "{agent}: {text}");
+        assert!(text.contains(reason), "{agent}: {text}");
+    }
+    let printed = fs::read_dir(folder.path())
+        .unwrap()
+        .filter_map(|run| fs::read_to_string(run.unwrap().path().join("output/uav-2.txt")).ok());
+    assert!(printed.eq(["no idea how to fly\n"]));
+    let left = Command::new("pgrep").args(["-f", "^sleep 98763"]).output();
+    assert!(left.is_ok_and(|found| found.stdout.is_empty()), "what a program started has ended with it");
 }

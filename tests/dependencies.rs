@@ -23,7 +23,7 @@ struct Room {
     with_io: &'static [&'static str],
 }
 
-const ROOMS: [Room; 15] = [
+const ROOMS: [Room; 16] = [
     Room {
         folder: "",
         uses: &[
@@ -33,6 +33,7 @@ const ROOMS: [Room; 15] = [
             "drawing",
             "flight",
             "leader",
+            "programs",
             "recorder",
             "scenario",
             "simulation",
@@ -66,8 +67,9 @@ const ROOMS: [Room; 15] = [
     },
     Room {
         folder: "study",
-        uses: &["drawing", "flight", "recorder", "scenario", "simulation"],
+        uses: &["drawing", "flight", "programs", "recorder", "scenario", "simulation"],
         with_io: &[
+            "crewed.rs",
             "files.rs",
             "hunt/flights.rs",
             "margin/flights.rs",
@@ -84,7 +86,8 @@ const ROOMS: [Room; 15] = [
         with_io: &[],
     },
     Room { folder: "agent", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process"] },
-    Room { folder: "controller", uses: &["agent", "flight", "scenario"], with_io: &[""] },
+    Room { folder: "programs", uses: &["agent", "bus", "flight", "scenario"], with_io: &[""] },
+    Room { folder: "controller", uses: &["agent", "flight", "programs", "scenario"], with_io: &[""] },
     Room { folder: "controller/c", uses: &["controller"], with_io: &[""] },
     Room { folder: "leader", uses: &["bus", "flight", "scenario"], with_io: &["lib.rs", "process.rs"] },
     Room {

@@ -50,7 +50,7 @@ fn sweep(folder: &Path, out: &str, arguments: &str) -> Command {
     command
 }
 
-fn rows(folder: &Path, out: &str) -> String {
+pub fn rows(folder: &Path, out: &str) -> String {
     fs::read_to_string(folder.join(out).join("flights.csv")).unwrap()
 }
 
@@ -136,7 +136,7 @@ fn merged_shards_have_the_rows_of_the_whole_sweep() {
 }
 
 /// The rows as maps from column to text.
-fn table(text: &str) -> Vec<BTreeMap<String, String>> {
+pub fn table(text: &str) -> Vec<BTreeMap<String, String>> {
     let mut lines = text.lines().map(|line| line.split(',').map(ToOwned::to_owned));
     let names: Vec<String> = lines.next().unwrap().collect();
     lines.map(|line| names.iter().cloned().zip(line).collect()).collect()

@@ -5,6 +5,8 @@
 //!
 //! Never gives a controller more than its agent knows.
 
+pub mod message;
+
 use crate::{
     law::{ControlInput, saturated_control},
     pilot::{Forecast, Situation, Steer, Steered},

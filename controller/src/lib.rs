@@ -2,11 +2,11 @@
 //!
 //! Implement [`Controller`] and call [`main`]. The program then is the agent of a UAV: `ringwing run --agent "3=./my-controller"`
 //! starts it, and restarts, kills and times it like the built-in agent. Links and their faults, membership, slots, the collision
-//! filter and the log are the same.
+//! filter and the log are the same. In a simulated flight the program only answers situations with wishes.
 //!
 //! Never decides anything about the flight: the controller does.
 
-use clap::{Args, Command, FromArgMatches};
+use clap::{Args, Command};
 pub use nalgebra::{Point2, Vector2};
 pub use ringwing_agent::AgentError;
 use ringwing_agent::{AgentArgs, run_controller};
@@ -18,6 +18,10 @@ pub use ringwing_agent::{
 pub use ringwing_flight::{
     Aircraft, FlightMode, FormationFrame, MAX_NOTE_NAME, MAX_NOTES, NoteRefusal, Notes, Pose, Sensed,
     SensedAircraft, SensedObstacle, Tick, UavId, direction, wrap,
+};
+use ringwing_programs::{
+    SIMULATED_MARKER,
+    guest::{GuestError, SeatArgs, serve},
 };
 pub use ringwing_scenario::Scenario;
 use std::{
@@ -65,6 +69,9 @@ pub enum RunError {
     /// The program cannot take part in the run.
     #[error(transparent)]
     Agent(#[from] AgentError),
+    /// The program cannot take part in the simulated flight.
+    #[error(transparent)]
+    Simulated(#[from] GuestError),
 }
 
 impl RunError {
@@ -74,6 +81,7 @@ impl RunError {
             // A message of clap already says that it is an error, so add nothing.
             Self::Usage(why) => (why.clone(), 2),
             Self::Agent(error) => (format!("error: agent: {error}"), 1),
+            Self::Simulated(error) => (format!("error: {error}"), 1),
         };
         // Nobody can be told that nobody reads it.
         let _ = writeln!(stderr(), "{text}");
@@ -90,24 +98,44 @@ pub fn run<C: Controller>(
     arguments: &[OsString],
     make: impl FnOnce(&Start<'_>) -> C,
 ) -> Result<(), RunError> {
-    let (own, member) = split(arguments).map_err(RunError::Usage)?;
-    run_controller(&member, |start| {
-        make(&Start { uav: start.uav, scenario: start.scenario, arguments: own })
-    })?;
+    let (own, role) = split(arguments).map_err(RunError::Usage)?;
+    match role {
+        Role::Agent(member) => run_controller(&member, |start| {
+            make(&Start { uav: start.uav, scenario: start.scenario, arguments: own })
+        })?,
+        Role::Simulated(seat) => {
+            let uav = UavId(seat.uav);
+            serve(&seat, |scenario| make(&Start { uav, scenario, arguments: own }))?;
+        }
+    }
     Ok(())
 }
 
-/// The arguments of the controller, and those that ringwing added.
-fn split(arguments: &[OsString]) -> Result<(&[OsString], AgentArgs), String> {
+/// What a program is in a flight.
+enum Role {
+    /// The agent of a UAV, in a run.
+    Agent(AgentArgs),
+    /// The controller of a UAV whose agent is in another process, in a simulated flight.
+    Simulated(SeatArgs),
+}
+
+/// The arguments of the controller, and what those that ringwing added ask for.
+fn split(arguments: &[OsString]) -> Result<(&[OsString], Role), String> {
     // The last such word is ringwing's, whatever the controller's own arguments are.
-    let Some(place) = arguments.iter().rposition(|argument| argument == MARKER) else {
+    let is_marker = |argument: &OsString| argument == MARKER || argument == SIMULATED_MARKER;
+    let Some(place) = arguments.iter().rposition(is_marker) else {
         return Err(NO_RUN.into());
     };
     let (own, added) = arguments.split_at(place);
-    // The marker takes the place of the program's name, which clap expects first.
-    let parsed = AgentArgs::augment_args(Command::new(MARKER)).try_get_matches_from(added);
-    let member = parsed.and_then(|matches| AgentArgs::from_arg_matches(&matches));
-    Ok((own, member.map_err(|error| error.to_string())?))
+    let role =
+        if added[0] == MARKER { parsed(added).map(Role::Agent) } else { parsed(added).map(Role::Simulated) };
+    Ok((own, role?))
+}
+
+/// The arguments after the marker `added[0]`, which takes the place of the program's name that clap expects first.
+fn parsed<A: Args>(added: &[OsString]) -> Result<A, String> {
+    let matches = A::augment_args(Command::new(MARKER)).try_get_matches_from(added);
+    matches.and_then(|matches| A::from_arg_matches(&matches)).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -121,15 +149,27 @@ mod tests {
     #[test]
     fn the_last_marker_separates_the_arguments() {
         let arguments = words("--gain 2 agent smith agent --uav 3 --domain k3x9ab --launcher 17");
-        let (own, member) = split(&arguments).unwrap();
+        let (own, role) = split(&arguments).unwrap();
         assert_eq!(own, words("--gain 2 agent smith"));
-        assert_eq!((member.uav, member.member.launcher), (3, Some(17)));
+        assert!(matches!(role, Role::Agent(AgentArgs { uav: 3, member }) if member.launcher == Some(17)));
+    }
+
+    #[test]
+    fn a_program_in_a_simulated_flight_is_a_controller_and_no_agent() {
+        let arguments = words("--gain 2 simulated-agent --uav 3 --launcher 17");
+        let (own, role) = split(&arguments).unwrap();
+        assert_eq!(own, words("--gain 2"));
+        assert!(matches!(role, Role::Simulated(SeatArgs { uav: 3, launcher: 17 })));
+    }
+
+    fn error_of(line: &str) -> String {
+        split(&words(line)).err().unwrap()
     }
 
     #[test]
     fn a_program_that_is_started_without_a_run_says_how_to_start_it() {
-        assert!(split(&words("--gain 2")).unwrap_err().contains("ringwing run"));
-        assert!(split(&words("agent --uav 0 --domain k3x9ab")).unwrap_err().contains("--uav"));
-        assert!(split(&words("agent --uav 3")).unwrap_err().contains("--domain"));
+        assert!(error_of("--gain 2").contains("ringwing run"));
+        assert!(error_of("agent --uav 0 --domain k3x9ab").contains("--uav"));
+        assert!(error_of("agent --uav 3").contains("--domain"));
     }
 }

@@ -73,6 +73,7 @@ class Options(TypedDict):
     seeds_max: int | None
     jobs: int | None
     figures: list[str]
+    agents: list[tuple[str, list[str]]]
 
 class Wish:
     """What a controller wants its UAV to fly until the next tick. ringwing cuts it to what the airframe can do. If a number is not finite,

@@ -36,6 +36,7 @@ def sweep(
     axes: Mapping[str, str | Sequence[Any] | NDArray[Any]] | None = None,
     set: Mapping[str, Any] | None = None,
     faults: Iterable[str] | None = None,
+    agents: Mapping[int | str, Sequence[str]] | None = None,
     seeds: int | None = None,
     first_seed: int | None = None,
     precision: float | None = None,
@@ -60,6 +61,9 @@ def sweep(
         set: Keys of the scenario that every cell sets.
         faults: Fault sentences. Braces in a sentence contain the name of an axis, ``"at 30 s link all->all delay {delay} s"``, or the
             values of a new axis, ``"... loss {0, 10 .. 50} %"``.
+        agents: Programs that fly UAVs with a control law of your own, each with its arguments: ``{3: ["python3", "mine.py"]}``, or
+            ``{"all": ["./consensus"]}``. Each flight starts the program anew, once for each of these UAVs. Controllers in this
+            process would have to wait for one another, so a sweep does not take any.
         seeds: Number of flights in each cell (1).
         first_seed: The first seed of each cell (1).
         precision: If given, each cell is flown until the 95 % interval of its success is this narrow.
@@ -85,6 +89,7 @@ def sweep(
         "seeds_max": seeds_max,
         "jobs": jobs,
         "figures": list(figures),
+        "agents": [(str(uavs), list(command)) for uavs, command in (agents or {}).items()],
     }
     named = [(name, _values(values)) for name, values in (axes or {}).items()]
     rows, cells = _native.sweep(os.fspath(scenario), named, settings(set), sentences(faults), options, progress)

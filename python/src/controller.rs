@@ -194,5 +194,6 @@ pub(crate) fn run_agent(py: Python<'_>, arguments: Vec<OsString>, make: Py<PyAny
     ended.map_err(|error| match error {
         RunError::Usage(text) => PySystemExit::new_err(text),
         RunError::Agent(error) => AgentError::new_err(error.to_string()),
+        RunError::Simulated(error) => AgentError::new_err(error.to_string()),
     })
 }

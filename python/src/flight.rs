@@ -12,7 +12,7 @@ use ringwing_bus::{DomainId, write_whole};
 use ringwing_recorder::{Summary, log::run_folder, summary::RunFindings};
 use ringwing_scenario::{AgentSection, Fault, Reading, Scenario, Setting, Source, start};
 use ringwing_study::{
-    recorded::{MakeController, RecordedEnd, RecordedFlight},
+    recorded::{MakeController, Places, RecordedEnd, RecordedFlight},
     shell::quoted,
 };
 use std::{
@@ -58,9 +58,11 @@ impl Order {
         let scenario = &reading.scenario;
         let folder = out.map(|out| make_folder(out, scenario)).transpose()?;
         let log = folder.as_deref().map(run_folder::log_in);
+        let output = folder.as_deref().map(run_folder::output_in);
+        let places = Places { log: log.as_deref(), output: output.as_deref() };
         let failure = Arc::new(FirstFailure::default());
         let mut flight =
-            RecordedFlight::begin_with(scenario, log.as_deref(), self.controllers(scenario, &failure))?;
+            RecordedFlight::begin_with(scenario, places, self.controllers(scenario, &failure))?;
         let takeoff = Instant::now();
         let raised = fly_to_end(&mut flight, &failure);
         let flight_time = takeoff.elapsed();

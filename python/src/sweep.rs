@@ -8,7 +8,7 @@ use crate::{
     interrupt::SignalWatch,
 };
 use pyo3::prelude::*;
-use ringwing_scenario::Scenario;
+use ringwing_scenario::{AgentSection, Scenario};
 use ringwing_study::{
     Figure,
     figure::FIGURES,
@@ -47,6 +47,8 @@ pub(crate) struct Options {
     seeds_max: Option<u64>,
     jobs: Option<NonZero<usize>>,
     figures: Vec<String>,
+    /// The UAVs as `--agent` names them, and the program with its arguments.
+    agents: Vec<(String, Vec<String>)>,
 }
 
 /// The values of an axis: one text that may hold ranges, or a list of values.
@@ -103,6 +105,10 @@ fn draft(
         draft.set(Given::new(&key, &value, &format!("set[{key:?}]")));
     }
     draft.faults.extend(faults.iter().map(|sentence| Given::new("", sentence, "faults")));
+    let placed = |(uavs, command): &(String, Vec<String>)| {
+        AgentSection { uavs: uavs.clone(), command: command.clone(), folder: String::new() }.placed()
+    };
+    draft.agents = options.agents.iter().map(placed).collect::<Result<_, _>>().map_err(Failure::Wrong)?;
     draft.combination = options.combination.as_deref().map(combination).transpose()?.or(draft.combination);
     draft.sampling = options.sampling.as_deref().map(sampling).transpose()?.or(draft.sampling);
     draft.samples = options.samples.or(draft.samples);

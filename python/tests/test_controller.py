@@ -181,6 +181,26 @@ def test_a_controller_is_killed_frozen_and_started_again_many_times(command: str
     assert left.stdout == b""
 
 
+def test_a_sweep_starts_programs_and_flies_as_the_same_controllers_in_this_process() -> None:
+    faults = ["at 2 s restart uav 2 after 0.5 s"]
+    SHORT = {"time.duration_s": 4, "control.law": "resilient"}
+    agents = {2: [sys.executable, str(PAPER)], "5": [sys.executable, str(PAPER)]}
+    swept = ringwing.sweep("paper-4.1", agents=agents, set=SHORT, faults=faults, seeds=2, jobs=2)
+    Paper = paper()
+    run = ringwing.fly("paper-4.1", controllers={2: Paper, 5: Paper}, set=SHORT, faults=faults, record=False)
+    assert swept.flights["payload_hash"].tolist() == [run.payload_hash] * 2
+
+
+def test_a_program_that_raises_ends_its_flight_of_a_sweep_and_the_row_says_why(tmp_path: Path) -> None:
+    script = tmp_path / "broken.py"
+    script.write_text(BROKEN)
+    swept = ringwing.sweep(
+        "paper-4.1", agents={1: [sys.executable, str(script), "raise"]}, set={"time.duration_s": 2}, seeds=1
+    )
+    failure = swept.flights["failure"][0]
+    assert "uav 1: its program ended (exit status: 1)" in failure and "ZeroDivisionError: no idea" in failure
+
+
 def test_notes_that_the_log_cannot_have_are_an_error_where_they_are_made() -> None:
     wish = ringwing.Wish(15.0, 0.0, {"slot_error_m": 1.5, "gain": np.float64(2), "off": float("nan")})
     assert list(wish.notes) == ["slot_error_m", "gain", "off"] and wish.notes["gain"] == 2.0

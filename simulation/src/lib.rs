@@ -38,17 +38,11 @@ pub use simulation::Simulation;
 use ringwing_flight::UavId;
 use ringwing_scenario::{AgentSection, Scenario, ScenarioError};
 
-/// Whether `scenario` can be flown here without controllers of the user's.
+/// Refuses a flight in real time.
 ///
 /// # Errors
-/// It flies in real time, or a program of the user's flies a UAV.
+/// `scenario` flies in real time.
 pub fn check(scenario: &Scenario) -> Result<(), SimulationError> {
-    check_pace(scenario)?;
-    scenario.first_own_agent().map_or(Ok(()), |(uav, agent)| Err(own_program(scenario, uav, agent)))
-}
-
-/// Refuses a flight in real time.
-fn check_pace(scenario: &Scenario) -> Result<(), SimulationError> {
     if scenario.time.real_time { Err(SimulationError::RealTime(scenario.name.clone())) } else { Ok(()) }
 }
 
@@ -66,10 +60,9 @@ pub enum SimulationError {
     /// A flight in real time depends on the wall clock.
     #[error("scenario {0:?} flies in real time, which cannot be simulated: set time.real_time = false")]
     RealTime(String),
-    /// A program of the user's is a process of its own.
+    /// A program of the user's flies a UAV, and nobody has started it.
     #[error(
-        "scenario {scenario:?}: {uav} is flown by a program of its own ({command}), which a simulation does not start: fly it with \
-         processes (`ringwing run` without --simulated), or remove [[agents]]"
+        "scenario {scenario:?}: {uav} is flown by a program of its own ({command}), which a simulation does not start"
     )]
     OwnProgram {
         /// The scenario's name.

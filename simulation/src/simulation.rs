@@ -1,7 +1,7 @@
 //! The flight itself, tick by tick.
 
 use crate::{
-    SimulationError, check_pace,
+    SimulationError, check,
     inputs::{AgentInputs, Air},
     own_program,
     seat_agent::{MakeController, SeatAgent},
@@ -79,7 +79,7 @@ impl Simulation {
         scenario: &Scenario,
         make_controller: MakeController,
     ) -> Result<Self, SimulationError> {
-        check_pace(scenario)?;
+        check(scenario)?;
         let starts = start::states(scenario)?;
         let uavs = scenario.formation.uavs;
         let schedule = scenario.schedule();

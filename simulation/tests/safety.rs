@@ -17,6 +17,8 @@ const INTRUDERS: [u64; 3] = [0x63_726f_7373, 0, 0];
 /// How near a flight came to something, and when it was whole for good.
 #[derive(Debug, Clone, Copy)]
 struct Closest {
+    /// The seed of the flight.
+    seed: u64,
     /// The closest two aircraft.
     pair_m: f64,
     /// The smallest distance from the edge of an obstacle.
@@ -31,6 +33,7 @@ struct Closest {
 fn closest_of(scenario: &Scenario) -> Closest {
     let mut simulation = Simulation::new(scenario).expect("a scenario that can be simulated");
     let mut closest = Closest {
+        seed: scenario.seed,
         pair_m: f64::INFINITY,
         clearance_m: f64::INFINITY,
         intruder_m: f64::INFINITY,
@@ -359,6 +362,10 @@ fn print(name: &str, flights: &[Closest]) {
         count(&|one| one.settled_s.is_infinite()),
         median_settling_s(flights),
     );
+    let seeds: Vec<u64> = failed(flights, NEAR_MISS_M).iter().map(|one| one.seed).collect();
+    if !seeds.is_empty() {
+        println!("    failed with the seeds {seeds:?}");
+    }
 }
 
 /// `cargo test --release -p ringwing-simulation -- --ignored --nocapture figures`.

@@ -11,7 +11,6 @@ mod inbox;
 mod janitor;
 mod lifecycle;
 mod output_keeper;
-mod own_program;
 mod pause;
 mod ports;
 mod process_table;
@@ -32,7 +31,8 @@ use ringwing_bus::{
     domain::{DomainOwner, remove_abandoned},
     write_whole,
 };
-use ringwing_flight::{Part, UavId, WorldReport};
+use ringwing_flight::{Part, WorldReport};
+use ringwing_programs::FindError;
 use ringwing_recorder::{RecorderReport, log::run_folder};
 use ringwing_scenario::{Fault, Scenario};
 use ringwing_viewer::LiveAddress;
@@ -112,19 +112,8 @@ pub(crate) enum LaunchError {
         source: io::Error,
     },
     /// A program of the user's cannot be started.
-    #[error(
-        "{uav}: program {program:?} cannot be started in {folder}: {source}: build it, or correct the command"
-    )]
-    Program {
-        /// The UAV that it is to fly.
-        uav: UavId,
-        /// The program.
-        program: String,
-        /// The folder in which it would start.
-        folder: String,
-        /// The operating system's reason.
-        source: io::Error,
-    },
+    #[error(transparent)]
+    Program(#[from] FindError),
     /// The domain cannot be made.
     #[error(transparent)]
     Bus(#[from] BusError),
@@ -155,7 +144,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let begin = Instant::now();
     // Open the inbox first: from here on an interrupt ends the run in order.
     let inbox = Inbox::open()?;
-    own_program::check(&plan.scenario)?;
+    ringwing_programs::check(&plan.scenario)?;
     // Do this before looking at the memory: what a killed run has left would be missing.
     remove_abandoned();
     // Before anything is made: a run that lacks something later ends by a signal, and says nothing.

@@ -2,10 +2,11 @@
 //!
 //! Must never wait for a process: its start and its end are reported to the [inbox](super::inbox) later.
 
-use super::{LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper, own_program};
+use super::{LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper};
 use ringwing_bench::MeasureArgs;
 use ringwing_bus::{DomainId, close_files_on_spawn};
 use ringwing_flight::{Part, UavId};
+use ringwing_programs::UNBUFFERED;
 use ringwing_scenario::AgentSection;
 use ringwing_study::shell::quoted;
 use ringwing_viewer::LiveAddress;
@@ -71,7 +72,7 @@ impl<'a> Spawner<'a> {
             let output = self.output.open(uav)?;
             let copy =
                 output.try_clone().map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
-            own_program::set_command(&mut command, own, &arguments);
+            become_program(&mut command, own, &arguments);
             // Both streams go into one pipe, so that errors stand between the lines that they belong to.
             command.stdout(copy).stderr(output);
         } else {
@@ -152,4 +153,15 @@ pub(super) fn send_signal(pid: u32, signal: ProcessSignal, with_children: bool) 
         // A process that has just ended gets no signal. The notice of its end is on its way.
         let _ = if with_children { kill_process_group(pid, signal) } else { kill_process(pid, signal) };
     }
+}
+
+/// Makes `command`, which starts this executable, become the program of `section` with `arguments` added.
+fn become_program(command: &mut Command, section: &AgentSection, arguments: &[String]) {
+    // The program may not know how to end with its launcher, so `ringwing exec` arranges that and becomes the program.
+    let launcher = std::process::id().to_string();
+    command
+        .args(["exec", "--launcher", &launcher, "--folder", &section.folder, "--"])
+        .args(&section.command)
+        .args(arguments)
+        .env(UNBUFFERED.0, UNBUFFERED.1);
 }

@@ -15,6 +15,7 @@ use ringwing_recorder::{
     summary::LogFindings,
 };
 use ringwing_scenario::Scenario;
+use ringwing_study::Baseline;
 use std::path::{Path, PathBuf};
 
 /// One value for each tick of a flight; `None` if it does not exist at that tick.
@@ -100,7 +101,7 @@ impl LoggedFlight {
         }
         flight.periods.end();
         Measured { summary: flight.summary, notes: flight.notes } = meter.finish(&reader, &flight.scenario);
-        flight.summary.deviation = baseline.map(|baseline| baseline.summary());
+        flight.summary.deviation = baseline.map(Baseline::finish).transpose()?;
         Ok(flight)
     }
 

@@ -2,7 +2,7 @@
 
 use super::SweepVerb;
 use crate::WrongUsage;
-use ringwing_scenario::Setting;
+use ringwing_scenario::{AgentSection, Setting};
 use ringwing_study::sweep::{Columns, Combination, Definition, Draft, Given, Sampling, Shard, SweepProblem};
 use std::{num::NonZero, path::PathBuf};
 
@@ -22,6 +22,9 @@ pub(crate) struct SweepArgs {
     /// Add a fault in which braces hold an axis, such as "at 30 s link all->all delay {0, 0.1 .. 1.0} s"
     #[arg(long = "fault", value_name = "SENTENCE")]
     faults: Vec<String>,
+    /// Fly UAVs with a program of your own, such as "3=python3 mine.py" or "all=./controller"
+    #[arg(long = "agent", value_name = "UAVS=COMMAND", value_parser = AgentSection::parse)]
+    agents: Vec<AgentSection>,
     /// Override a key of the scenario in every cell
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
@@ -107,6 +110,8 @@ impl SweepArgs {
         }
         // A fault has no name that another one could take over, so the faults of the file stay.
         draft.faults.extend(self.faults.iter().map(|text| Given::new("", text, "--fault")));
+        // Whoever goes on with the sweep may be in another folder.
+        draft.agents = self.agents.iter().map(AgentSection::placed).collect::<Result<_, _>>()?;
         // clap has refused every other word, so the last arms stand for one word each.
         let combination = |text: &String| match text.as_str() {
             "zip" => Combination::Zip,

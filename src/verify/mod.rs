@@ -75,12 +75,10 @@ pub(crate) fn run(args: &VerifyArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// Whether to fly again with processes. A fault of the recorder leaves a gap in the log, which only a recorder's process
-/// can leave again, and a program of the user's is a process of its own.
+/// can leave again.
 fn needs_processes(args: &VerifyArgs, scenario: &Scenario) -> bool {
     let is_of_recorder = |action: &ScheduledAction| action.part == Part::Recorder;
-    args.processes
-        || scenario.first_own_agent().is_some()
-        || scenario.schedule().scheduled_actions().iter().any(is_of_recorder)
+    args.processes || scenario.schedule().scheduled_actions().iter().any(is_of_recorder)
 }
 
 /// Prints the result; `own_program` is the command of the program of the user's that flies a UAV, if one does.

@@ -2,13 +2,17 @@
 //!
 //! Takes the frames of a flight from wherever they come: a simulation, or a log. Never changes that flight.
 
+use crate::crewed::{CrewedFlight, FlightError};
+use ringwing_programs::ProgramError;
 use ringwing_recorder::metrics::{Deviation, Deviations, Frame};
 use ringwing_scenario::Scenario;
-use ringwing_simulation::{Frames, Simulation, SimulationError};
+use ringwing_simulation::Frames;
 
 /// Measures a flight against its undisturbed self.
 pub struct Baseline {
-    undisturbed: Simulation,
+    undisturbed: CrewedFlight,
+    /// Why the baseline ends early, if it does.
+    failure: Option<ProgramError>,
     frames: Frames,
     deviations: Deviations,
 }
@@ -17,11 +21,12 @@ impl Baseline {
     /// The baseline of a flight of `scenario`, which has been validated, before its first tick.
     ///
     /// # Errors
-    /// The scenario flies in real time, or its UAVs find no room to start.
-    pub fn new(scenario: &Scenario) -> Result<Self, SimulationError> {
+    /// As [`fly`](crate::flight::fly).
+    pub fn new(scenario: &Scenario) -> Result<Self, FlightError> {
         let quiet = Scenario { faults: Vec::new(), ..scenario.clone() };
         Ok(Self {
-            undisturbed: Simulation::new(&quiet)?,
+            undisturbed: CrewedFlight::begin(&quiet)?,
+            failure: None,
             frames: Frames::new(&quiet),
             deviations: Deviations::new(scenario.formation.uavs, scenario.time.rate_hz),
         })
@@ -30,21 +35,35 @@ impl Baseline {
     /// Takes the next frame of the flight, and returns that of the undisturbed flight in the same tick; `None` after its
     /// end. A log may lack ticks; what is missing there is not compared.
     pub fn observe(&mut self, flown: &Frame) -> Option<&Frame> {
-        while self.undisturbed.flown().is_none_or(|tick| tick.0 < flown.tick) {
-            let goes_on = self.undisturbed.step();
-            self.frames.take(&self.undisturbed);
-            if !goes_on {
-                break;
-            }
+        while self.undisturbed.simulation().flown().is_none_or(|tick| tick.0 < flown.tick) && self.goes_on() {
         }
         let undisturbed = Some(self.frames.latest()).filter(|frame| frame.tick == flown.tick)?;
         self.deviations.observe(flown, undisturbed);
         Some(undisturbed)
     }
 
-    /// What the faults have cost so far.
-    pub fn summary(&self) -> Deviation {
-        self.deviations.summary()
+    /// Flies the next tick of the undisturbed flight. Returns whether there is one after it.
+    fn goes_on(&mut self) -> bool {
+        if self.failure.is_some() {
+            return false;
+        }
+        let stepped = self.undisturbed.step();
+        self.frames.take(self.undisturbed.simulation());
+        stepped.unwrap_or_else(|failure| {
+            self.failure = Some(failure);
+            false
+        })
+    }
+
+    /// What the faults have cost.
+    ///
+    /// # Errors
+    /// A program of the user's has failed in the undisturbed flight.
+    pub fn finish(self) -> Result<Deviation, FlightError> {
+        match self.failure {
+            Some(failure) => Err(failure.into()),
+            None => Ok(self.deviations.summary()),
+        }
     }
 }
 

@@ -2,11 +2,12 @@
 //!
 //! Never opens a file and never prints: whoever flies many scenarios decides what to keep.
 
-use crate::baseline::Baseline;
+pub use crate::crewed::{FlightError, check};
+use crate::{baseline::Baseline, crewed::CrewedFlight};
 use ringwing_flight::{Event, TimedEvent, WorldReport};
-use ringwing_recorder::metrics::{Deviation, FlightSummary, Verdict, judge};
+use ringwing_recorder::metrics::{Deviation, FlightSummary, Frame, Verdict, judge};
 use ringwing_scenario::{RequirementsSection, Scenario};
-use ringwing_simulation::{Flown, Measurement, Simulation, SimulationError, fly as simulate};
+use ringwing_simulation::{Flown, Measurement};
 use serde_json::{Map, Value};
 
 /// Stands for a requirement where a flight violated what no scenario can allow: it ended with nobody in the formation, or
@@ -43,30 +44,37 @@ pub struct Violation {
 /// Flies `scenario`, which has been validated, to its end.
 ///
 /// # Errors
-/// The scenario flies in real time, or its UAVs find no room to start.
-pub fn fly(scenario: &Scenario) -> Result<Outcome, SimulationError> {
-    let Flown { report, summary, events, .. } = simulate(scenario)?;
-    Ok(Outcome::judged(scenario, summary, report, events))
+/// The scenario flies in real time, its UAVs find no room to start, or a program that it names does not fly its UAV.
+pub fn fly(scenario: &Scenario) -> Result<Outcome, FlightError> {
+    let flown = fly_observed(scenario, |_| {})?;
+    Ok(Outcome::judged(scenario, flown.summary, flown.report, flown.events))
 }
 
 /// As [`fly`], and flies the same scenario without its faults beside it, to measure what they cost.
 ///
 /// # Errors
-/// As [`fly`].
-pub fn fly_beside_baseline(scenario: &Scenario) -> Result<Outcome, SimulationError> {
-    let mut simulation = Simulation::new(scenario)?;
-    let mut measurement = Measurement::new(scenario);
+/// As [`fly`], for either flight.
+pub fn fly_beside_baseline(scenario: &Scenario) -> Result<Outcome, FlightError> {
     let mut baseline = Baseline::new(scenario)?;
+    let Flown { report, summary, events, .. } = fly_observed(scenario, |frame| {
+        baseline.observe(frame);
+    })?;
+    let outcome = Outcome::judged(scenario, summary, report, events);
+    Ok(Outcome { deviation: Some(baseline.finish()?), ..outcome })
+}
+
+/// Flies `scenario` to its end, and shows each tick to `observe`.
+fn fly_observed(scenario: &Scenario, mut observe: impl FnMut(&Frame)) -> Result<Flown, FlightError> {
+    let mut flight = CrewedFlight::begin(scenario)?;
+    let mut measurement = Measurement::new(scenario);
     let mut goes_on = true;
     while goes_on {
-        goes_on = simulation.step();
-        if let Some(frame) = measurement.observe(&simulation) {
-            baseline.observe(frame);
+        goes_on = flight.step()?;
+        if let Some(frame) = measurement.observe(flight.simulation()) {
+            observe(frame);
         }
     }
-    let Flown { report, summary, events, .. } = measurement.finish(&simulation);
-    let outcome = Outcome::judged(scenario, summary, report, events);
-    Ok(Outcome { deviation: Some(baseline.summary()), ..outcome })
+    Ok(measurement.finish(flight.simulation()))
 }
 
 impl Outcome {
@@ -149,6 +157,7 @@ fn keys_of(required: &RequirementsSection) -> Map<String, Value> {
 mod tests {
     use super::*;
     use ringwing_scenario::Fault;
+    use ringwing_simulation::fly as simulate;
 
     /// A flight of 5 s under the faults of `sentences`.
     fn short(sentences: &[&str]) -> Scenario {

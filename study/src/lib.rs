@@ -6,6 +6,7 @@
 //! Never changes a flight: a flight depends only on its scenario, so the order and the number of flights decide nothing.
 
 pub mod baseline;
+mod crewed;
 pub mod figure;
 pub mod files;
 pub mod flight;

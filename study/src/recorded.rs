@@ -2,19 +2,20 @@
 //!
 //! Must never decide anything about the flight, and never print: the caller steps it, shows progress and interrupts it.
 
+use crate::crewed::{CrewedFlight, FlightError};
 use ringwing_flight::{Event, Reporter, Tick, TimedEvent, WorldReport};
 use ringwing_recorder::{RecorderError, RecorderReport, Recording, log::Opening, metrics::Moment};
 use ringwing_scenario::Scenario;
 pub use ringwing_simulation::MakeController;
-use ringwing_simulation::{Frames, Simulation, SimulationError};
+use ringwing_simulation::{Frames, Simulation};
 use std::path::Path;
 
 /// Why a flight cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordedFlightError {
-    /// The scenario cannot be simulated.
+    /// The scenario cannot be flown here.
     #[error(transparent)]
-    Simulation(#[from] SimulationError),
+    Flight(#[from] FlightError),
     /// The log cannot be written.
     #[error(transparent)]
     Recorder(#[from] RecorderError),
@@ -22,12 +23,22 @@ pub enum RecordedFlightError {
 
 /// A flight in this process, with its log.
 pub struct RecordedFlight {
-    simulation: Simulation,
+    flight: CrewedFlight,
     frames: Frames,
     recording: Recording,
     /// Why the log is not complete, if it is not.
     problem: Option<String>,
-    is_interrupted: bool,
+    /// Why the flight has ended early, if it has.
+    cut: Option<String>,
+}
+
+/// Where a flight keeps what it leaves.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Places<'p> {
+    /// The log; without one, the flight is only measured.
+    pub log: Option<&'p Path>,
+    /// The folder for what the programs print that fly UAVs; without one, only the end of it is kept.
+    pub output: Option<&'p Path>,
 }
 
 /// How a recorded flight ended.
@@ -44,55 +55,68 @@ pub struct RecordedEnd {
 }
 
 impl RecordedFlight {
-    /// The flight of `scenario`, which has been validated, before its first tick. Without a `log`, it is only measured.
+    /// The flight of `scenario`, which has been validated, before its first tick.
     ///
     /// # Errors
-    /// The scenario flies in real time, its UAVs find no room to start, or the log cannot be written.
-    pub fn begin(scenario: &Scenario, log: Option<&Path>) -> Result<Self, RecordedFlightError> {
-        Self::begin_with(scenario, log, Box::new(|_| None))
+    /// The scenario flies in real time, its UAVs find no room to start, a program that it names cannot be started, or the log
+    /// cannot be written.
+    pub fn begin(scenario: &Scenario, places: Places<'_>) -> Result<Self, RecordedFlightError> {
+        Self::begin_with(scenario, places, Box::new(|_| None))
     }
 
-    /// As [`begin`](Self::begin), with the controllers of the user's that `make_controller` makes.
+    /// As [`begin`](Self::begin), with the controllers that `make_controller` makes.
     ///
     /// # Errors
     /// As with [`begin`](Self::begin).
     pub fn begin_with(
         scenario: &Scenario,
-        log: Option<&Path>,
+        Places { log, output }: Places<'_>,
         make_controller: MakeController,
     ) -> Result<Self, RecordedFlightError> {
-        let simulation = Simulation::with_controllers(scenario, make_controller)?;
+        let flight = CrewedFlight::begin_with(scenario, output, make_controller)?;
         let text = scenario.to_toml();
         // A simulated tick takes no time that is worth a record.
         let opening = Opening { scenario, text: &text, timing: false, started_at: None };
         Ok(Self {
             recording: Recording::begin(log, &opening, false)?,
             frames: Frames::new(scenario),
-            simulation,
+            flight,
             problem: None,
-            is_interrupted: false,
+            cut: None,
         })
     }
 
     /// Flies and records the next tick. Returns whether there is one after it.
     pub fn step(&mut self) -> bool {
-        let goes_on = self.simulation.step();
-        for event in self.simulation.events() {
+        let goes_on = match self.flight.step() {
+            Ok(goes_on) => goes_on,
+            // The tick in which a program failed has no part in the flight.
+            Err(failure) => {
+                self.cut_short(failure.to_string());
+                return false;
+            }
+        };
+        for event in self.flight.simulation().events() {
             // The recording announces the faults of the schedule by itself.
             if event.event.reporter() != Reporter::Schedule {
                 self.recording.log_event(event.clone());
             }
         }
-        if let Some(frame) = self.frames.take(&self.simulation) {
+        if let Some(frame) = self.frames.take(self.flight.simulation()) {
             let written = self.recording.observe(frame, None).err();
             self.note(written);
         }
         goes_on
     }
 
+    /// What happened in the last step; nothing if the flight was cut short.
+    pub fn events(&self) -> &[TimedEvent] {
+        if self.cut.is_none() { self.simulation().events() } else { &[] }
+    }
+
     /// The flight itself.
     pub fn simulation(&self) -> &Simulation {
-        &self.simulation
+        self.flight.simulation()
     }
 
     /// The swarm in the tick flown last; `None` before tick 0.
@@ -102,22 +126,27 @@ impl RecordedFlight {
 
     /// Notes that the flight ends here because somebody asked for it; returns the event.
     pub fn interrupt(&mut self) -> TimedEvent {
-        self.is_interrupted = true;
-        let event = TimedEvent { tick: self.simulation.now(), event: Event::RunInterrupted };
+        self.cut_short("interrupted before the end".into())
+    }
+
+    /// Notes that the flight ends here; returns the event.
+    fn cut_short(&mut self, why: String) -> TimedEvent {
+        self.cut.get_or_insert(why);
+        let event = TimedEvent { tick: self.simulation().now(), event: Event::RunInterrupted };
         self.recording.log_event(event.clone());
         event
     }
 
     /// Ends the log, and says how the flight went.
     pub fn finish(mut self) -> RecordedEnd {
-        let world = (!self.simulation.is_world_ended()).then(|| self.report());
+        let world = (!self.simulation().is_world_ended()).then(|| self.report());
         let written = self.recording.finish(world.as_ref()).err();
         self.note(written);
         RecordedEnd {
             world,
             recorder: self.recording.report(),
             failures: self.failures(),
-            ticks: self.simulation.flown().map_or(0, |Tick(tick)| tick.max(0)),
+            ticks: self.simulation().flown().map_or(0, |Tick(tick)| tick.max(0)),
         }
     }
 
@@ -126,18 +155,18 @@ impl RecordedFlight {
         self.problem = self.problem.take().or(problem.map(|problem| problem.to_string()));
     }
 
-    /// The world's report. An interrupted flight is not complete.
+    /// The world's report. A flight that was cut short is not complete.
     fn report(&self) -> WorldReport {
-        let report = self.simulation.report();
-        WorldReport { complete: report.complete && !self.is_interrupted, ..report }
+        let report = self.simulation().report();
+        WorldReport { complete: report.complete && self.cut.is_none(), ..report }
     }
 
     fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
-        if self.simulation.is_world_ended() {
+        if self.simulation().is_world_ended() {
             failures.push("the world was ended as asked: the flight did not come to its end".into());
-        } else if self.is_interrupted {
-            failures.push("interrupted before the end".into());
+        } else {
+            failures.extend(self.cut.clone());
         }
         failures.extend(self.problem.iter().map(|problem| format!("{problem}: the log is incomplete")));
         failures
@@ -164,7 +193,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("flight.mcap");
         let scenario = short();
-        let mut flight = RecordedFlight::begin(&scenario, Some(&log)).unwrap();
+        let mut flight = RecordedFlight::begin(&scenario, Places { log: Some(&log), output: None }).unwrap();
         while flight.step() {}
         let end = flight.finish();
         let measured = Measured::of(&mut Reader::open(&log).unwrap(), &scenario);
@@ -179,7 +208,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let log = folder.path().join("flight.mcap");
         let scenario = short();
-        let mut flight = RecordedFlight::begin(&scenario, Some(&log)).unwrap();
+        let mut flight = RecordedFlight::begin(&scenario, Places { log: Some(&log), output: None }).unwrap();
         for _ in 0..50 {
             assert!(flight.step());
         }

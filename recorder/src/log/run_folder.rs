@@ -52,6 +52,11 @@ pub fn log_in(folder: &Path) -> PathBuf {
     folder.join(format!("{run}.mcap"))
 }
 
+/// The folder for what the user's own programs print, in the `folder` of a run.
+pub fn output_in(folder: &Path) -> PathBuf {
+    folder.join("output")
+}
+
 /// The path that a user means by `argument`: itself, or a run in the default folder for runs, such as `latest`.
 pub fn named(argument: &Path) -> PathBuf {
     named_in(Path::new(DEFAULT_OUT), argument)

@@ -38,6 +38,11 @@ impl AgentSection {
         }
     }
 
+    /// As `--agent` names it: UAVS=COMMAND.
+    pub fn flag(&self) -> String {
+        format!("{}={}", self.uavs, self.command_line())
+    }
+
     /// Whether it names `uav`.
     pub fn has(&self, uav: UavId) -> bool {
         match self.named() {

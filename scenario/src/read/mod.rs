@@ -90,7 +90,7 @@ impl Scenario {
 
 /// Where a program of the command line was written.
 fn agent_flag(agent: &AgentSection) -> Place {
-    Place::Setting(format!("--agent \"{}={}\"", agent.uavs, agent.command_line()))
+    Place::Setting(format!("--agent \"{}\"", agent.flag()))
 }
 
 /// Where a fault of the command line was written.
@@ -138,8 +138,8 @@ impl Reading {
     pub fn with_agents(mut self, agents: &[AgentSection]) -> Result<Self, ScenarioError> {
         let mut problems = Vec::new();
         for agent in agents {
-            let mut section = agent.clone();
-            let placed = absolute(Path::new(&section.folder)).map(|folder| section.folder = folder);
+            let placed = agent.placed();
+            let section = placed.clone().unwrap_or_else(|_| agent.clone());
             let alone = Scenario { agents: vec![section.clone()], ..self.scenario.clone() };
             let refusals = placed.err().into_iter().chain(validate::messages_about_agents(&alone));
             problems.extend(refusals.map(|message| Problem {
@@ -418,6 +418,16 @@ impl<'s> ScenarioReader<'s> {
 
 fn position(error: &Error) -> Option<usize> {
     error.span().map(|span| span.start)
+}
+
+impl AgentSection {
+    /// The section with the absolute path of its folder; a relative one counts from the working folder.
+    ///
+    /// # Errors
+    /// The working folder cannot be used, or a path is not UTF-8.
+    pub fn placed(&self) -> Result<Self, String> {
+        Ok(Self { folder: absolute(Path::new(&self.folder))?, ..self.clone() })
+    }
 }
 
 /// `folder` as an absolute path, from the working folder.

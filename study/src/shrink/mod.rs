@@ -16,14 +16,14 @@ pub use search::{Kept, Progress, Shrunk, Smallest, shrink, shrink_keeping};
 pub use symptom::Symptom;
 pub(crate) use text::{brief, size};
 
-use ringwing_simulation::SimulationError;
+use crate::flight::FlightError;
 
 /// Why a scenario cannot be made smaller.
 #[derive(Debug, thiserror::Error)]
 pub enum ShrinkError {
     /// It cannot be flown in the simulation.
     #[error(transparent)]
-    Simulation(#[from] SimulationError),
+    Flight(#[from] FlightError),
     /// A fault ended the world, so no requirement was judged on a whole flight.
     #[error("scenario {0:?}: a fault ends the world, so the flight has no end to judge: remove that fault")]
     Ended(String),

@@ -1,7 +1,7 @@
 //! Reads every cell of a sweep before the first flight, so that a mistake does not show after an hour.
 
 use super::definition::Definition;
-use ringwing_simulation as simulation;
+use crate::flight;
 use std::{
     sync::{
         Mutex, PoisonError,
@@ -31,9 +31,7 @@ pub fn check(
                 return;
             }
             let problem = match definition.checked_cell(cell) {
-                Ok(scenario) if is_simulated => {
-                    simulation::check(&scenario).err().map(|error| error.to_string())
-                }
+                Ok(scenario) if is_simulated => flight::check(&scenario).err().map(|error| error.to_string()),
                 Ok(_) => None,
                 Err(problem) => Some(problem.to_string()),
             };

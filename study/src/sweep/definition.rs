@@ -6,7 +6,7 @@ use super::{
     design::{Axis, Combination, Design, Sampling},
     template::Template,
 };
-use ringwing_scenario::{Fault, Scenario, ScenarioError, Setting, Source, start};
+use ringwing_scenario::{AgentSection, Fault, Reading, Scenario, ScenarioError, Setting, Source, start};
 use serde::{Deserialize, Serialize};
 
 /// A sweep.
@@ -24,6 +24,9 @@ pub struct Definition {
     pub set: Vec<(String, String)>,
     /// Faults that are added to those of the scenario.
     pub faults: Vec<Template>,
+    /// Programs of the user's that fly UAVs, added to those of the scenario.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub agents: Vec<AgentSection>,
     /// The cells.
     pub design: Design,
     /// The seeds of each cell.
@@ -98,7 +101,8 @@ impl Definition {
     pub fn cell(&self, cell: u64) -> Result<Scenario, SweepProblem> {
         let values = self.design.values(cell);
         let source = Source { name: self.scenario.clone(), text: self.scenario_text.clone() };
-        let mut scenario = Scenario::read(&source, &self.settings(&values))?;
+        let reading = Reading::read(&source, &self.settings(&values))?;
+        let mut scenario = reading.with_agents(&self.agents)?.scenario;
         // One fault at a time, so that an error names the sentence that causes it.
         for template in &self.faults {
             let sentence = self.fill(template, &values);
@@ -157,6 +161,9 @@ impl Definition {
         }
         for template in &self.faults {
             arguments.extend(["--fault".to_owned(), self.fill(template, &values)]);
+        }
+        for agent in &self.agents {
+            arguments.extend(["--agent".to_owned(), agent.flag()]);
         }
         arguments
     }

@@ -8,7 +8,7 @@ use super::{
     template::Template,
     values::{self, Values},
 };
-use ringwing_scenario::Source;
+use ringwing_scenario::{AgentSection, Source};
 
 /// Flights of each cell if nothing else is asked for. Fewer say little about a share; more take longer.
 const SEEDS: u64 = 1;
@@ -31,6 +31,8 @@ pub struct Draft {
     pub set: Vec<Given>,
     /// Fault sentences, in which braces hold axes.
     pub faults: Vec<Given>,
+    /// Programs of the user's that fly UAVs, each with the absolute path of its folder.
+    pub agents: Vec<AgentSection>,
     /// Axes with their values.
     pub axes: Vec<Given>,
     /// How listed axes are combined.
@@ -134,6 +136,7 @@ impl Draft {
             scenario_text: source.text,
             set: self.set.iter().map(|given| (given.name.clone(), given.as_text())).collect(),
             faults,
+            agents: self.agents.clone(),
             design: Design {
                 axes,
                 combination: self.combination.unwrap_or_default(),
