@@ -84,9 +84,10 @@ fn a_sweep_has_the_cost_in_its_columns_if_asked() {
 #[test]
 fn a_flight_that_cannot_be_simulated_has_no_baseline() {
     let folder = tempfile::tempdir().unwrap();
-    for (flag, reason) in
-        [("--set time.real_time=true", "real time"), ("--agent 2=true", "a program of its own")]
-    {
+    for (flag, reason) in [
+        ("--set time.real_time=true", "real time"),
+        ("--agent 2=./none", "uav 2: program \"./none\" cannot be started"),
+    ] {
         let output = printed(folder.path(), &format!("run frozen.toml --baseline {flag}"));
         assert_eq!(output.status.code(), Some(2));
         let message = String::from_utf8_lossy(&output.stderr);

@@ -69,7 +69,6 @@ const ROOMS: [Room; 16] = [
         folder: "study",
         uses: &["drawing", "flight", "programs", "recorder", "scenario", "simulation"],
         with_io: &[
-            "crewed.rs",
             "files.rs",
             "hunt/flights.rs",
             "margin/flights.rs",
