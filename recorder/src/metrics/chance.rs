@@ -210,7 +210,10 @@ mod tests {
         let watch = watch(&events);
         let listed = watch.listed_losses();
         assert_eq!((watch.losses(), listed.len()), (LISTED as u64 + 1, LISTED));
-        assert_eq!((listed[LISTED - 2].process.as_str(), listed[LISTED - 1].process.as_str()), ("uav 1", "uav 2"));
+        assert_eq!(
+            (listed[LISTED - 2].process.as_str(), listed[LISTED - 1].process.as_str()),
+            ("uav 1", "uav 2")
+        );
     }
 
     #[test]

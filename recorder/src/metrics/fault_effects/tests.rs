@@ -208,8 +208,7 @@ fn without_a_command_a_jam_keeps_the_failsafe_from_its_circle_and_a_weak_engine_
 #[test]
 fn each_kind_of_fault_without_effect_has_its_own_reason() {
     let gone = lost(UAV_3);
-    let faults =
-        ["at 0 s weaken uav 3 to 16 m/s", "at 0.01 s slow uav 3 by 1 ms", "at 0.05 s kill uav 2"];
+    let faults = ["at 0 s weaken uav 3 to 16 m/s", "at 0.01 s slow uav 3 by 1 ms", "at 0.05 s kill uav 2"];
     assert_eq!(
         reasons(&effects(&faults, 10, &[(0, gone)], &[])),
         [
