@@ -131,7 +131,9 @@ mod tests {
     /// Counts that all have the same value.
     fn all(value: u64) -> LinkTotals {
         let mut totals = LinkTotals { link: "2->3".into(), in_flight: value, ..LinkTotals::default() };
-        GROWING.iter().for_each(|count| *count(&mut totals) = value);
+        for count in GROWING {
+            *count(&mut totals) = value;
+        }
         totals
     }
 

@@ -23,6 +23,9 @@ fn terms_are_rounded_as_the_log_has_them_and_missing_data_have_no_age() {
     assert_eq!(terms.neighbour_force_m(), [f64::from((2.0 * f64::from(third as f32)) as f32), 5.0]);
     assert_eq!(terms.repulsion_length_m(), third);
     assert_eq!((terms.previous_age_s, terms.leader_age_s), (None, None));
+    assert_eq!(terms.wind_estimate_m_s, None, "the agent assumes still air");
+    let windy = Account { wind_m_s: [0.0, -3.0], ..account };
+    assert_eq!(ControlTerms::of(&windy, 100).wind_estimate_m_s, Some([0.0, -3.0]));
 }
 
 #[test]
