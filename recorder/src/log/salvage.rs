@@ -258,7 +258,7 @@ impl<R: Read + Seek> Salvage<R> {
         if self.repeated.is_none() {
             self.repeated = Some(summary::repeated(&mut self.source, self.length).unwrap_or_default());
             // The summary lies at the end of the file, so go back to the current record.
-            self.is_exhausted |= self.source.seek(SeekFrom::Start(self.offset)).is_err();
+            self.is_exhausted = self.source.seek(SeekFrom::Start(self.offset)).is_err();
         }
     }
 
@@ -312,10 +312,8 @@ impl<R: Read + Seek> Salvage<R> {
         let next = self.find_record(begin + 1).unwrap_or(self.length);
         self.offset = next;
         self.is_exhausted = next >= self.length || self.source.seek(SeekFrom::Start(next)).is_err();
-        if next > begin {
-            let problem = if self.is_exhausted { "cut off, or damaged up to the end" } else { "damaged" };
-            self.damages.add(begin, next - begin, problem);
-        }
+        let problem = if self.is_exhausted { "cut off, or damaged up to the end" } else { "damaged" };
+        self.damages.add(begin, next - begin, problem);
         if !self.is_exhausted {
             self.fetch_summary();
         }

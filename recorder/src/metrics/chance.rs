@@ -204,6 +204,19 @@ mod tests {
     }
 
     #[test]
+    fn processes_that_stay_frozen_are_listed_after_the_losses_as_far_as_there_is_room() {
+        let mut events = vec![lost(AGENT, ProcessEnd::Killed(9)); LISTED - 2];
+        events.extend((1..=3).map(|uav| Event::ProcessFrozen { part: Part::Agent(UavId(uav)) }));
+        let watch = watch(&events);
+        let listed = watch.listed_losses();
+        assert_eq!((watch.losses(), listed.len()), (LISTED as u64 + 1, LISTED));
+        assert_eq!(
+            (listed[LISTED - 2].process.as_str(), listed[LISTED - 1].process.as_str()),
+            ("uav 1", "uav 2")
+        );
+    }
+
+    #[test]
     fn what_the_scenario_asks_for_is_neither_a_loss_nor_chance() {
         let action = ProcessAction::Kill { returns: false };
         let watch = watch(&[Event::ProcessFault { part: AGENT, action, sentence: "kill uav 3".into() }]);

@@ -39,7 +39,8 @@ fn order(frame: &Frame) -> Option<f64> {
         let (sin, cos) = libm::sincos(heading);
         (count + 1, x + cos, y + sin)
     });
-    (count > 0).then(|| libm::hypot(x, y) / f64::from(count)).filter(|order| order.is_finite())
+    // Without a UAV this is 0 / 0, which is not finite either.
+    Some(libm::hypot(x, y) / f64::from(count)).filter(|order| order.is_finite())
 }
 
 /// Counts pieces by missing links: the first cut leaves the ring in one piece, and each further cut adds one.
@@ -100,6 +101,33 @@ mod tests {
         assert_eq!(Coherence::of(&frame, 1).ring_pieces, 2);
         frame.uavs.iter_mut().for_each(|uav| uav.state = None);
         assert_eq!(Coherence::of(&frame, 1), Coherence::default());
+    }
+
+    #[test]
+    fn equal_headings_agree_wherever_they_point() {
+        let mut frame = at_rest(&ring_of(4, 40.0), 0);
+        for heading_rad in [0.0, 1.0, std::f64::consts::FRAC_PI_2, -2.0] {
+            for uav in &mut frame.uavs {
+                uav.state.as_mut().unwrap().heading_rad = heading_rad;
+            }
+            let order = Coherence::of(&frame, 1).order.unwrap();
+            assert!((order - 1.0).abs() < 1e-12, "{heading_rad}: {order}");
+        }
+    }
+
+    #[test]
+    fn ages_are_those_of_all_data_that_arrived() {
+        let mut frame = at_rest(&ring_of(3, 40.0), 0);
+        for uav in &mut frame.uavs {
+            let control = uav.control.as_mut().unwrap();
+            (control.previous_age_s, control.next_age_s, control.leader_age_s) = (None, Some(0.5), None);
+        }
+        frame.uavs[1].control.as_mut().unwrap().leader_age_s = Some(2.5);
+        let coherence = Coherence::of(&frame, 1);
+        assert_eq!((coherence.age_max_s, coherence.age_mean_s), (Some(2.5), Some(1.0)));
+        frame.uavs.iter_mut().for_each(|uav| uav.control = None);
+        let coherence = Coherence::of(&frame, 1);
+        assert_eq!((coherence.age_max_s, coherence.age_mean_s), (None, None), "no data have no age");
     }
 
     #[test]

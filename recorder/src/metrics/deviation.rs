@@ -212,6 +212,15 @@ mod tests {
     }
 
     #[test]
+    fn of_equal_deviations_the_first_is_the_peak_and_one_at_the_bound_is_on_course() {
+        let mut track = Track::default();
+        for (tick, off_m) in [(0, 0.0), (1, OFF_COURSE_M), (2, 0.5), (3, OFF_COURSE_M)] {
+            track.take(off_m, tick);
+        }
+        assert_eq!((track.peak, track.off), (Some((OFF_COURSE_M, 1)), None));
+    }
+
+    #[test]
     fn a_flight_without_a_tick_has_no_peak_and_nobody_who_is_back() {
         let cost = cost(&[]);
         assert_eq!((cost.peak_m, cost.area_m_s, cost.back_s), (None, 0.0, None));

@@ -69,4 +69,14 @@ mod tests {
         // Three UAVs in the ticks 5 and 6.
         assert!((watch.rms_m().unwrap() - (9.0_f64 / 6.0).sqrt()).abs() < 1e-12);
     }
+
+    #[test]
+    fn a_flight_that_ends_in_its_first_half_has_no_figure() {
+        let scenario = testing::ring_of(3, 40.0);
+        let mut watch = EstimationWatch::new(&scenario);
+        let mut frame = testing::at_rest(&scenario, 0);
+        frame.uavs[0].control.as_mut().unwrap().estimate = Some(frame.uavs[1].state.unwrap().pose());
+        watch.observe(&frame);
+        assert_eq!(watch.rms_m(), None);
+    }
 }

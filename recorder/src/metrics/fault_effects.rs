@@ -113,7 +113,7 @@ impl EffectWatch {
             Event::ProcessFault { part, action, sentence } => {
                 let number = self.reported(*part, sentence);
                 self.acted.extend(number);
-                self.note_state(*part, state_after(*part, *action));
+                self.note_state(*part, state_after(*action));
             }
             Event::FaultRefused { part: Some(part), why, sentence } => {
                 if let Some(number) = self.reported(*part, sentence) {
@@ -166,7 +166,8 @@ impl EffectWatch {
     pub(super) fn observe(&mut self, frame: &Frame) {
         let now = Tick(frame.tick);
         self.last_tick = Some(now);
-        self.acted.extend(frame.links.iter().map(|counts| counts.acted).filter(|number| *number > 0));
+        // A link on which no fault has acted says 0, which is the number of no fault.
+        self.acted.extend(frame.links.iter().map(|counts| counts.acted));
         for slow in self.slow.iter().filter(|slow| slow.is_on(now)) {
             // A process that does not run is not slow.
             if !self.absent.contains_key(&slow.part) {
@@ -295,13 +296,11 @@ fn misleads(
     is_new && frame.tick > fault.begin.0
 }
 
-/// What `action`, which was applied to `part`, leaves.
-fn state_after(part: Part, action: ProcessAction) -> ProcessState {
+/// What `action` leaves of an agent or of the leader. No link or slow answer depends on the recorder.
+fn state_after(action: ProcessAction) -> ProcessState {
     match action {
         ProcessAction::Start | ProcessAction::Thaw => ProcessState::Running,
         ProcessAction::Freeze => ProcessState::Frozen,
-        // The launcher replaces a recorder at once, and only agents and the leader matter here.
-        ProcessAction::Kill { .. } | ProcessAction::Stop if part == Part::Recorder => ProcessState::Running,
         ProcessAction::Kill { .. } | ProcessAction::Stop => ProcessState::Gone,
     }
 }

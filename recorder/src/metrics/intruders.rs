@@ -59,4 +59,16 @@ mod tests {
         assert_eq!((summary.intruder, summary.uav, summary.time_s), (2, 3, 7.0));
         assert!((summary.distance_m - 10.0).abs() < 1e-9);
     }
+
+    #[test]
+    fn of_equal_approaches_the_first_one_counts_and_of_equally_close_uavs_the_lowest_number() {
+        let east = IntruderSection { heading_deg: 0.0, ..crate::testing::intruder([-100.0, 0.0]) };
+        let mut watch = IntruderWatch::new(1, &east, 100);
+        // It is 20 m west of the UAVs after 4 s, and 20 m east of them after 6 s.
+        for tick in [400, 600] {
+            watch.observe(tick, &[(3, Point2::new(0.0, 15.0)), (2, Point2::new(0.0, -15.0))]);
+        }
+        let expected = IntruderSummary { intruder: 1, distance_m: 25.0, uav: 2, time_s: 4.0 };
+        assert_eq!(watch.summary(), Some(expected));
+    }
 }

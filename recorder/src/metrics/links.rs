@@ -112,9 +112,79 @@ impl LinkTally {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ringwing_flight::{LinkSource, UavId};
 
     fn counts(offered: u64, lost: u64) -> LinkTotals {
         LinkTotals { link: "2->3".into(), offered, lost, delivered: offered - lost, ..LinkTotals::default() }
+    }
+
+    /// The counts that only grow while a receiver lives.
+    const GROWING: [fn(&mut LinkTotals) -> &mut u64; 6] = [
+        |totals| &mut totals.offered,
+        |totals| &mut totals.delivered,
+        |totals| &mut totals.late,
+        |totals| &mut totals.lost,
+        |totals| &mut totals.corrupted,
+        |totals| &mut totals.duplicated,
+    ];
+
+    /// Counts that all have the same value.
+    fn all(value: u64) -> LinkTotals {
+        let mut totals = LinkTotals { link: "2->3".into(), in_flight: value, ..LinkTotals::default() };
+        for count in GROWING {
+            *count(&mut totals) = value;
+        }
+        totals
+    }
+
+    #[test]
+    fn a_frame_has_the_counts_of_a_link_by_its_name() {
+        let counts = LinkCounts {
+            offered: 7,
+            delivered: 6,
+            late: 5,
+            lost: 4,
+            corrupted: 3,
+            duplicated: 2,
+            in_flight: 1,
+            acted: 8,
+            ..LinkCounts::none(LinkSource::uav(UavId(2)), UavId(3))
+        };
+        let expected = LinkTotals {
+            link: "2->3".into(),
+            offered: 7,
+            delivered: 6,
+            late: 5,
+            lost: 4,
+            corrupted: 3,
+            duplicated: 2,
+            in_flight: 1,
+            acted: 8,
+        };
+        assert_eq!(LinkTotals::from(&counts), expected);
+    }
+
+    #[test]
+    fn one_smaller_count_is_enough_to_tell_the_next_receiver() {
+        for smaller in GROWING {
+            let (mut tally, mut next) = (LinkTally::default(), all(20));
+            *smaller(&mut next) = 5;
+            tally.observe(&all(10));
+            tally.observe(&next);
+            let mut expected = all(30);
+            *smaller(&mut expected) = 15;
+            assert_eq!(tally.totals(), [expected]);
+        }
+    }
+
+    #[test]
+    fn a_receiver_that_gets_nothing_new_or_has_less_on_the_way_is_still_the_same() {
+        let mut tally = LinkTally::default();
+        tally.observe(&all(10));
+        tally.observe(&all(10));
+        let arrived = LinkTotals { in_flight: 0, ..all(10) };
+        tally.observe(&arrived);
+        assert_eq!(tally.totals(), [arrived]);
     }
 
     #[test]

@@ -142,6 +142,7 @@ fn is_proven(frame: &Frame) -> bool {
 mod tests {
     use super::*;
     use crate::testing::{at_rest, ring_of};
+    use ringwing_scenario::ManoeuvreSection;
 
     fn displaced(scenario: &Scenario, tick: i64, slot_error_m: f64) -> Frame {
         let mut frame = at_rest(scenario, tick);
@@ -181,10 +182,46 @@ mod tests {
         assert_eq!(watch.rises(), 1, "a tick is missing");
     }
 
+    /// How many times V rose in a flight whose first UAV is off its slot by so much in each tick.
+    fn rises_of(slot_errors_m: &[f64]) -> u64 {
+        let scenario = ring_of(3, 40.0);
+        let mut watch = LyapunovWatch::new(&scenario);
+        for (tick, error_m) in (0..).zip(slot_errors_m) {
+            watch.observe(&displaced(&scenario, tick, *error_m), 3);
+        }
+        watch.rises()
+    }
+
+    #[test]
+    fn rounding_is_no_rise_however_large_v_is() {
+        assert_eq!(rises_of(&[3.0, 3.0, 3.0]), 0);
+        assert_eq!(rises_of(&[0.0, 1e-5]), 0, "5e-11 m2 above nothing");
+        assert_eq!(rises_of(&[1000.0, 1000.0 + 1e-7]), 0, "2e-10 of the whole");
+        assert_eq!(rises_of(&[0.0, 1e-3]), 1);
+        assert_eq!(rises_of(&[1000.0, 1000.0 + 1e-5]), 1);
+    }
+
+    #[test]
+    fn a_jump_is_no_rise_when_the_formation_itself_changes() {
+        let mut scenario = ring_of(3, 40.0);
+        scenario.time.rate_hz = 1;
+        scenario.manoeuvres =
+            vec![ManoeuvreSection { at_s: 4.0, over_s: 1.0, ..ManoeuvreSection::default() }];
+        let mut watch = LyapunovWatch::new(&scenario);
+        watch.observe(&displaced(&scenario, 1, 1.0), 3);
+        watch.observe(&displaced(&scenario, 2, 2.0), 2);
+        assert_eq!(watch.rises(), 0, "a UAV has left");
+        watch.observe(&displaced(&scenario, 3, 1.0), 2);
+        watch.observe(&displaced(&scenario, 4, 2.0), 2);
+        assert_eq!(watch.rises(), 0, "a manoeuvre has begun");
+        watch.observe(&displaced(&scenario, 5, 3.0), 2);
+        assert_eq!(watch.rises(), 1);
+    }
+
     #[test]
     fn in_a_turn_v_is_zero_while_every_uav_moves_with_its_slot_and_its_rises_do_not_count() {
         for frame in [FormationFrame::Fixed, FormationFrame::Leader] {
-            let mut scenario = ring_of(4, 40.0);
+            let mut scenario = ring_of(5, 40.0);
             scenario.leader.path.kind = ringwing_scenario::PathKind::Circle;
             scenario.formation.frame = frame;
             let mut watch = LyapunovWatch::new(&scenario);
@@ -199,11 +236,11 @@ mod tests {
                 let velocity = [15.0 - round * bearing_rad.sin(), round * bearing_rad.cos()];
                 state.heading_rad = velocity[1].atan2(velocity[0]);
             }
-            assert!(watch.observe(&flown, 4).unwrap() < 1e-9, "{frame:?}");
+            assert!(watch.observe(&flown, 5).unwrap() < 1e-9, "{frame:?}");
             let mut worse = flown.clone();
             worse.tick = 1;
             worse.uavs[0].state.as_mut().unwrap().slot_error_m = Some(3.0);
-            assert!(watch.observe(&worse, 4).unwrap() > 4.0);
+            assert!(watch.observe(&worse, 5).unwrap() > 4.0);
             assert_eq!(watch.rises(), 0);
         }
     }

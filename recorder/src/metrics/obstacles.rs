@@ -2,7 +2,7 @@
 
 use super::ObstacleSummary;
 use nalgebra::Point2;
-use ringwing_flight::{Route, Tick};
+use ringwing_flight::{Route, Tick, UavId};
 use ringwing_scenario::ObstacleSection;
 
 /// Watches one obstacle.
@@ -35,7 +35,7 @@ impl ObstacleWatch {
         for (uav, place) in places {
             let distance_m = (place - centre).norm();
             closest_m = Some(closest_m.map_or(distance_m, |closest_m| closest_m.min(distance_m)));
-            let index = *uav as usize - 1;
+            let index = UavId(*uav).index();
             // The watch does not know the size of the swarm; it grows with the numbers that it sees.
             if index >= self.nearest.len() {
                 self.nearest.resize(index + 1, None);
@@ -93,6 +93,17 @@ mod tests {
             repelled: vec![3],
         };
         assert_eq!(watch.summary(), Some(expected));
+    }
+
+    #[test]
+    fn a_uav_at_the_braking_distance_is_not_repelled_and_of_equal_approaches_the_first_counts() {
+        let mut watch = ObstacleWatch::new(&crate::testing::obstacle([100.0, 0.0]), 100);
+        let at = |uav, x| (uav, Point2::new(x, 0.0));
+        for tick in [100, 200] {
+            assert_eq!(watch.observe(tick, &[at(1, 0.0), at(2, 70.0)]), Some(20.0));
+        }
+        let summary = watch.summary().unwrap();
+        assert_eq!((summary.uav, summary.time_s, summary.repelled.len()), (2, 1.0, 0));
     }
 
     #[test]

@@ -206,7 +206,10 @@ mod tests {
         #[test]
         fn the_fast_search_finds_the_same_pairs_as_a_plain_one(
             places in proptest::collection::vec((-100.0..100.0_f64, -100.0..100.0_f64), 3..40),
+            // Places that are nearer than a metre, too.
+            scale in prop_oneof![Just(1.0), Just(0.01)],
         ) {
+            let places: Vec<_> = places.into_iter().map(|(x, y)| (scale * x, scale * y)).collect();
             let count = places.len();
             let distance = |i: usize, j: usize| (places[i].0 - places[j].0).hypot(places[i].1 - places[j].1);
             let all = (0..count).flat_map(|i| (i + 1..count).map(move |j| (i, j)));

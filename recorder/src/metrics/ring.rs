@@ -168,3 +168,6 @@ impl RingPlace {
         Self { offset, radius_m, previous, next, is_in: living.has(number) }
     }
 }
+
+#[cfg(test)]
+mod tests;

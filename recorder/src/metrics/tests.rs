@@ -90,6 +90,29 @@ fn saturated_commands_are_a_share_of_all() {
 }
 
 #[test]
+fn the_extremes_are_those_of_all_frames_and_turns_count_in_either_direction() {
+    let scenario = testing::ring_of(3, 10.0);
+    let flown = |tick, speed_m_s, turn_rate_rad_s| {
+        let mut frame = at_rest(&scenario, tick);
+        let state = state(&mut frame, 2);
+        (state.speed_m_s, state.turn_rate_rad_s) = (speed_m_s, turn_rate_rad_s);
+        frame
+    };
+    let summary = measured(&scenario, &[flown(0, 15.0, 0.1), flown(1, 13.0, -0.4), flown(2, 18.0, 0.2)]);
+    assert_eq!((summary.speed_min_m_s, summary.speed_max_m_s), (Some(13.0), Some(18.0)));
+    assert_eq!(summary.turn_rate_max_rad_s, Some(0.4));
+}
+
+#[test]
+fn without_a_leader_there_are_no_slot_errors() {
+    let scenario = testing::ring_of(3, 10.0);
+    let mut frame = at_rest(&scenario, 0);
+    (1..=3).for_each(|number| state(&mut frame, number).slot_error_m = None);
+    let summary = measured(&scenario, &[frame]);
+    assert_eq!((summary.slot_error_max_m, summary.slot_error_rms_m), (None, None));
+}
+
+#[test]
 fn near_misses_are_counted_up_to_each_moment_and_in_the_end() {
     let scenario = testing::ring_of(3, 10.0);
     let mut metrics = Metrics::new(&scenario);

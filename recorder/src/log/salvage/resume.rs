@@ -102,3 +102,6 @@ fn metadata_length(window: &[u8]) -> Option<u64> {
     // Length of the name, the name, length of the entries, the entries.
     Some(4 + name + 4 + u64::from(fields.u32()?))
 }
+
+#[cfg(test)]
+mod tests;

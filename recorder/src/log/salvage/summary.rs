@@ -51,3 +51,27 @@ fn summary_start(end: &[u8]) -> Option<u64> {
     let is_footer = fields.u8()? == op::FOOTER && fields.u64()? == FOOTER_BYTES;
     fields.u64().filter(|start| is_footer && *start > 0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{record, small_log};
+    use std::io::Cursor;
+
+    #[test]
+    fn a_summary_repeats_schemas_and_channels_unless_its_footer_is_damaged() {
+        let file = small_log(record);
+        let repeated = |file: &[u8]| super::repeated(&mut Cursor::new(file), file.len() as u64);
+        let whole = repeated(&file).unwrap();
+        let channels = whole.iter().filter(|record| matches!(record, Record::Channel(_))).count();
+        let schemas = whole.iter().filter(|record| matches!(record, Record::Schema { .. })).count();
+        assert!(channels > 0 && schemas > 0 && channels + schemas == whole.len());
+        let footer = file.len() - END_BYTES as usize;
+        // Its opcode, its length, and the magic behind it.
+        for at in [footer, footer + 1, file.len() - 1] {
+            let mut damaged = file.clone();
+            damaged[at] ^= 0x40;
+            assert!(repeated(&damaged).is_none(), "byte {at}");
+        }
+    }
+}

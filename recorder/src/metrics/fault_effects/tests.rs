@@ -1,5 +1,6 @@
 use super::*;
 use crate::testing;
+use ringwing_flight::{AfterLoss, ProcessEnd};
 
 fn scenario(sentences: &[&str]) -> Scenario {
     let mut scenario = testing::ring_of(6, 40.0);
@@ -30,11 +31,20 @@ fn applied(part: Part, action: ProcessAction, sentence: &str) -> Event {
     Event::ProcessFault { part, action, sentence: sentence.into() }
 }
 
+fn lost(part: Part) -> Event {
+    let then = AfterLoss::Failsafe { before_flight: false };
+    Event::ProcessLost { part, end: ProcessEnd::Killed(9), then }
+}
+
 const UAV_3: Part = Part::Agent(UavId(3));
 const KILL: ProcessAction = ProcessAction::Kill { returns: false };
 
 fn reasons(effects: &FaultEffects) -> Vec<&str> {
     effects.without_effect.iter().map(|idle| idle.reason.as_str()).collect()
+}
+
+fn idle(effects: &FaultEffects) -> Vec<&str> {
+    effects.without_effect.iter().map(|idle| idle.fault.as_str()).collect()
 }
 
 #[test]
@@ -80,6 +90,22 @@ fn a_link_whose_end_is_gone_is_told_from_one_that_lost_nothing() {
 }
 
 #[test]
+fn a_link_is_dead_while_a_process_at_its_end_is_lost_or_frozen_by_chance() {
+    let lost = lost(UAV_3);
+    let frozen = Event::ProcessFrozen { part: UAV_3 };
+    let (thawed, ready) = (Event::ProcessThawed { part: UAV_3 }, Event::ProcessReady { part: UAV_3 });
+    let reason = |events: &[(i64, Event)]| {
+        reasons(&effects(&["at 0.02 s link 2->3 blackout"], 10, events, &[]))[0].to_owned()
+    };
+    for event in [lost.clone(), frozen.clone()] {
+        assert_eq!(reason(&[(1, event)]), "the sender or the receiver was not running");
+    }
+    for events in [[(1, lost), (5, ready)], [(1, frozen), (5, thawed)]] {
+        assert_eq!(reason(&events), "it altered no sample while it lasted");
+    }
+}
+
+#[test]
 fn a_healing_acts_if_there_is_something_to_heal_and_a_slow_fault_if_its_agent_runs() {
     let faults = [
         "at 0 s link 2->3 blackout",
@@ -89,6 +115,7 @@ fn a_healing_acts_if_there_is_something_to_heal_and_a_slow_fault_if_its_agent_ru
     ];
     let result = effects(&faults, 10, &[], &[1]);
     assert_eq!((result.acted, reasons(&result)), (3, vec!["there was nothing to heal"]));
+    assert_eq!(idle(&result), ["at 60 ms heal all"]);
     let gone = [(0, applied(UAV_3, KILL, "kill uav 3"))];
     let late = ["at 0 s kill uav 3", "at 0.05 s slow uav 3 by 1 ms"];
     assert_eq!(reasons(&effects(&late, 10, &gone, &[])), ["no such agent was running"]);
@@ -114,6 +141,8 @@ fn a_sensor_that_drifts_acts_once_an_agent_flies_with_a_reading_that_was_taken_m
         "at 20 ms drift uav 1 position at 0.5 m/s toward 90 deg",
         "at 20 ms drift uav 2 position at 0.5 m/s toward 90 deg",
         "at 20 ms drift uav 3 position at 0.5 m/s toward 90 deg",
+        "at 20 ms drift uav 1 heading at 1 deg/s",
+        "at 20 ms drift uav 2 heading at 1 deg/s",
         "at 20 ms drift uav 1 heading at 0 deg/s",
     ]);
     let mut watch = EffectWatch::new(&scenario);
@@ -122,12 +151,12 @@ fn a_sensor_that_drifts_acts_once_an_agent_flies_with_a_reading_that_was_taken_m
         let fix = |x_m| {
             Some(MeasuredFlight {
                 position_m: [x_m, 0.0],
-                heading_rad: 0.0,
+                heading_rad: x_m / 100.0,
                 speed_m_s: 15.0,
                 turn_rate_rad_s: 0.0,
             })
         };
-        // UAV 1 gets a fix in every tick, UAV 2 none since tick 2, and the agent of UAV 3 is silent.
+        // UAV 1 gets a fix and a heading in every tick, UAV 2 none since tick 2, and the agent of UAV 3 is silent.
         for (uav, x_m) in [(0, tick), (1, tick.min(2)), (2, tick)] {
             frame.uavs[uav].state.as_mut().unwrap().measured = fix(x_m as f64);
         }
@@ -135,8 +164,17 @@ fn a_sensor_that_drifts_acts_once_an_agent_flies_with_a_reading_that_was_taken_m
         watch.observe(&frame);
     }
     let result = watch.effects(&[]);
-    assert_eq!((result.asked, result.acted), (4, 1));
-    assert_eq!(reasons(&result), ["no agent flew with what the sensor said"; 3]);
+    assert_eq!((result.asked, result.acted), (6, 2));
+    assert_eq!(reasons(&result), ["no agent flew with what the sensor said"; 4]);
+    assert_eq!(
+        idle(&result),
+        [
+            "at 20 ms drift uav 2 position at 0.5 m/s toward 90 deg",
+            "at 20 ms drift uav 3 position at 0.5 m/s toward 90 deg",
+            "at 20 ms drift uav 2 heading at 1 deg/s",
+            "at 20 ms drift uav 1 heading at 0 deg/s",
+        ]
+    );
 }
 
 #[test]
@@ -158,6 +196,30 @@ fn a_failure_takes_nothing_from_an_airframe_that_flies_at_its_limits() {
 }
 
 #[test]
+fn without_a_command_a_jam_keeps_the_failsafe_from_its_circle_and_a_weak_engine_hinders_nothing() {
+    let scenario = scenario(&["at 0 s weaken uav 3 to 13 m/s", "at 0 s jam uav 3 turn at 0 deg/s"]);
+    let mut watch = EffectWatch::new(&scenario);
+    let mut frame = testing::at_rest(&scenario, 0);
+    frame.uavs[2].control = None;
+    watch.observe(&frame);
+    assert_eq!(idle(&watch.effects(&[])), ["at 0 s weaken uav 3 to 13 m/s"]);
+}
+
+#[test]
+fn each_kind_of_fault_without_effect_has_its_own_reason() {
+    let gone = lost(UAV_3);
+    let faults = ["at 0 s weaken uav 3 to 16 m/s", "at 0.01 s slow uav 3 by 1 ms", "at 0.05 s kill uav 2"];
+    assert_eq!(
+        reasons(&effects(&faults, 10, &[(0, gone)], &[])),
+        [
+            "no agent asked its airframe for what it could not do",
+            "no such agent was running",
+            "the flight ended before it was applied",
+        ]
+    );
+}
+
+#[test]
 fn a_fault_that_is_asked_for_live_counts_like_one_of_the_scenario() {
     let requested = |sentence: &str| Event::FaultRequested { sentence: sentence.into() };
     // The scenario's fault with the same words comes later, so the event belongs to the live one.
@@ -169,8 +231,7 @@ fn a_fault_that_is_asked_for_live_counts_like_one_of_the_scenario() {
     ];
     let effects = effects(&["at 5 s kill uav 3"], 10, &events, &[4]);
     assert_eq!((effects.asked, effects.acted), (4, 2));
-    let idle: Vec<&str> = effects.without_effect.iter().map(|idle| idle.fault.as_str()).collect();
-    assert_eq!(idle, ["at 5 s kill uav 3", "at 30 ms link 2->3 delay trace {1"]);
+    assert_eq!(idle(&effects), ["at 5 s kill uav 3", "at 30 ms link 2->3 delay trace {1"]);
     assert!(reasons(&effects)[1].starts_with("its sentence is too long"));
 }
 
@@ -183,5 +244,10 @@ fn a_requirement_that_every_fault_acts_names_the_first_that_did_not() {
     assert_eq!(
         judge(true, &effects).unwrap(),
         "without effect: at 9 s kill uav 3 (uav 3 is gone already), and 1 more; required that every fault acts"
+    );
+    let alone = FaultEffects { asked: 3, acted: 2, without_effect: effects.without_effect[..1].to_vec() };
+    assert_eq!(
+        judge(true, &alone).unwrap(),
+        "without effect: at 9 s kill uav 3 (uav 3 is gone already); required that every fault acts"
     );
 }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::{
     Metrics,
-    metrics::{ClosestPair, Frame, ObstacleSummary, UavFrame},
+    metrics::{ClosestPair, Frame, IntruderSummary, ObstacleSummary, UavFrame},
     testing,
 };
 use ringwing_flight::{AfterLoss, Event, FlightMode, Part, ProcessEnd, Tick, TimedEvent, UavId};
@@ -204,7 +204,25 @@ fn flight(clearance_m: f64, distance_m: f64, settling_s: f64, slot_error_m: f64)
 
 #[test]
 fn a_flight_at_its_limits_passes() {
-    assert_eq!(judged(&keeping(6), &flight(2.0, 10.0, 20.0, 0.05)), [""; 0]);
+    let mut scenario = keeping(6);
+    scenario.requirements.intruder_distance_min_m = Some(5.0);
+    scenario.requirements.recovery_max_s = Some(2.0);
+    let summary = FlightSummary {
+        intruders: vec![IntruderSummary { intruder: 1, distance_m: 5.0, uav: 3, time_s: 60.0 }],
+        fault_moments: 1,
+        recovery_max_s: Some(2.0),
+        ..flight(2.0, 10.0, 20.0, 0.05)
+    };
+    assert_eq!(judged(&scenario, &summary), [""; 0]);
+}
+
+#[test]
+fn a_verdict_has_the_same_name_in_results_as_in_a_summary() {
+    for (verdict, name) in
+        [(Verdict::Passed, "passed"), (Verdict::Violated, "violated"), (Verdict::Failed, "failed")]
+    {
+        assert_eq!((verdict.name(), serde_json::to_value(verdict).unwrap()), (name, name.into()));
+    }
 }
 
 #[test]
@@ -258,6 +276,11 @@ fn processes_that_die_unasked_violate_unless_as_many_are_allowed() {
     assert_eq!(violated_by(&scenario, &events), [""; 0]);
     scenario.requirements.unplanned_losses_max = 3;
     assert_eq!(violated_by(&scenario, &events).len(), 1);
+    scenario.requirements.unplanned_losses_max = 0;
+    assert_eq!(
+        violated_by(&scenario, &[lost(3, 9)]),
+        ["1 process lost unplanned (uav 3 killed by signal 9 (SIGKILL) at 1.00 s), required at most 0"]
+    );
 }
 
 #[test]
