@@ -103,6 +103,7 @@ impl Dice {
             pose_estimated,
             ring_closes,
             collision_filter,
+            obstacle_gain_m,
         } = law.switches();
         // Only the reader of scenario files sets the switches of a law, and the agents read only the switches.
         let control = &mut scenario.control;
@@ -114,6 +115,7 @@ impl Dice {
         control.wind_estimated = wind_estimated;
         control.pose_estimated = pose_estimated;
         control.collision_filter = collision_filter;
+        control.obstacle_gain_m = obstacle_gain_m;
         // 0.1 s is five ticks at 50 Hz; validation refuses fewer than four.
         scenario.membership.loss_timeout_s = self.pick(&[0.1, 0.3, 1.0, 3.0]);
         scenario.membership.on_loss =

@@ -45,7 +45,8 @@ pub struct ControlSection {
     pub formation_gain: f64,
     /// Gain of the last term of Eq. (3), which draws a UAV to its slot; 1 in the paper.
     pub slot_gain: f64,
-    /// k of Eq. (13).
+    /// k of Eq. (13). Without the collision filter, a UAV needs about 100 to stay clear of obstacles. With it, a large k turns the
+    /// UAV round where the way is clear.
     pub obstacle_gain_m: f64,
     /// Turn rate per force across the heading, Eq. (6) and (12); 1 in the paper.
     pub heading_gain_rad_per_m: f64,
@@ -63,6 +64,7 @@ impl Default for ControlSection {
             pose_estimated,
             ring_closes,
             collision_filter,
+            obstacle_gain_m,
         } = Law::Paper.switches();
         Self {
             law: Law::Paper,
@@ -79,11 +81,10 @@ impl Default for ControlSection {
             pose_estimated,
             ring_closes,
             collision_filter,
-            // G of Section 4.1. The paper gives no k: below 40 a UAV hits obstacle 2 of Section 4.2, and a much larger
-            // k pushes UAVs close to each other.
+            // G of Section 4.1.
             formation_gain: 2.0,
             slot_gain: 1.0,
-            obstacle_gain_m: 100.0,
+            obstacle_gain_m,
             heading_gain_rad_per_m: 1.0,
         }
     }
@@ -112,6 +113,9 @@ impl Law {
     pub fn switches(self) -> LawSwitches {
         let on = self == Self::Resilient;
         let dead_reckoning = if on { DeadReckoning::Full } else { DeadReckoning::Tick };
+        // The paper gives no k. With its law, below 40 a UAV hits obstacle 2 of Section 4.2, and a much larger k pushes UAVs close
+        // to each other. With the collision filter, a UAV in a dense field can circle for good at 100, and at 10 it does not.
+        let obstacle_gain_m = if on { 10.0 } else { 100.0 };
         LawSwitches {
             dead_reckoning,
             trust_fades: on,
@@ -122,12 +126,13 @@ impl Law {
             pose_estimated: on,
             ring_closes: on,
             collision_filter: on,
+            obstacle_gain_m,
         }
     }
 }
 
-/// The parts of the resilient law. A scenario can switch each part on or off.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// What the laws differ in. A scenario can set each differently.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[expect(clippy::struct_excessive_bools, reason = "each part of the law has its own switch")]
 pub struct LawSwitches {
     /// See [`ControlSection::dead_reckoning`].
@@ -148,6 +153,8 @@ pub struct LawSwitches {
     pub ring_closes: bool,
     /// See [`ControlSection::collision_filter`].
     pub collision_filter: bool,
+    /// See [`ControlSection::obstacle_gain_m`].
+    pub obstacle_gain_m: f64,
 }
 
 /// How far a received state is predicted forward.

@@ -14,8 +14,9 @@ use toml::{
 pub(super) const LAW: &str = "control.law";
 
 /// The switches of the resilient law as TOML. The paper's law needs no table: its switches are the defaults.
-static RESILIENT: LazyLock<String> =
-    LazyLock::new(|| toml::to_string(&Law::Resilient.switches()).expect("switches are texts and booleans"));
+static RESILIENT: LazyLock<String> = LazyLock::new(|| {
+    toml::to_string(&Law::Resilient.switches()).expect("switches are texts, booleans and numbers")
+});
 
 /// The law that `tree` asks for, or the default if it names no known law.
 pub(super) fn law(tree: &DeValue<'_>) -> Law {

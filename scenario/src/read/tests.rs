@@ -107,6 +107,12 @@ fn the_law_sets_the_switches_that_the_scenario_leaves_out() {
     assert_eq!((on(&three), three.law), ([true, true, false, true, true], Law::Resilient));
     assert_eq!(on(&control("control.trust_fades = true", &[])), [false, true, false, false, false]);
     assert_eq!(on(&control("", &["law=resilient", "ring_closes=false"])), [true, true, true, true, false]);
+    let gain_m = |settings: &[&str]| control("control.obstacle_gain_m = 100.0", settings).obstacle_gain_m;
+    assert_eq!(
+        (gain_m(&[]), gain_m(&["law=resilient"]), control("", &[]).obstacle_gain_m),
+        (100.0, 10.0, 100.0)
+    );
+    assert_eq!(gain_m(&["law=resilient", "obstacle_gain_m=30"]), 30.0);
 }
 
 #[test]
