@@ -25,6 +25,8 @@ pub(crate) fn fly(plan: &Plan) -> anyhow::Result<Outcome> {
     let output = run_folder::output_in(&folder);
     let places = Places { log: log.as_deref(), output: Some(&output) };
     let mut flight = RecordedFlight::begin(&plan.scenario, places)?;
+    // Only now: a flight that cannot begin must not hide the one before.
+    run_folder::link_latest(&folder);
     let progress = Progress::new(&plan.scenario, plan.quiet);
     progress.print(&format!("simulated, folder {}", folder.display()));
     let takeoff = Instant::now();
@@ -49,7 +51,6 @@ fn make_folder(plan: &Plan) -> Result<PathBuf, LaunchError> {
     let id = DomainId::fresh().to_string();
     let folder = run_folder::create(&plan.out, &plan.scenario, &id)
         .map_err(|(path, source)| LaunchError::Folder { path, source })?;
-    run_folder::link_latest(&folder);
     Ok(folder)
 }
 

@@ -164,8 +164,12 @@ fn what_cannot_start_a_program_says_so_before_anything_flies() {
     let (code, text) = flown(&[&["run", "paper-4.1"], &agent[..]].concat());
     assert_eq!(code, Some(1), "{text}");
     assert!(text.contains("uav 3: program \"./mine\" cannot be started in"), "{text}");
-    for simulated in [&["run", "paper-4.1", "--simulated"][..], &["sweep", "paper-4.1", "--seeds", "1"]] {
-        let (code, text) = flown(&[simulated, &agent[..]].concat());
+    for how in [
+        &["run", "paper-4.1", "--simulated"][..],
+        &["sweep", "paper-4.1", "--seeds", "1"],
+        &["sweep", "paper-4.1", "--seeds", "1", "--processes"],
+    ] {
+        let (code, text) = flown(&[how, &agent[..]].concat());
         assert_eq!(code, Some(2), "{text}");
         assert!(text.contains("uav 3: program \"./mine\" cannot be started in"), "{text}");
     }
@@ -217,7 +221,7 @@ fn a_simulated_flight_ends_with_the_reason_when_a_program_breaks() {
     };
     for (agent, reason) in [
         ("2=sh -c 'echo no idea how to fly >&2; exit 3'", "uav 2: its program ended (exit status: 3)"),
-        ("4=sh -c 'sleep 98763; true'", "uav 4: its program did not answer within 2 s"),
+        ("4=sh -c 'sleep 98763; true'", "uav 4: its program did not answer within 2."),
         (
             r#"5=sh -c 'printf "\005\000\000\000hello" >&0; sleep 98763'"#,
             "uav 5: its program was built with another version of ringwing: \"hello\" instead of \"ringwing ",
@@ -229,7 +233,7 @@ fn a_simulated_flight_ends_with_the_reason_when_a_program_breaks() {
         ),
         (
             &format!("1=sh -c '(sleep 0.5; kill -STOP $$) & exec {consensus} \"$@\"' sh"),
-            "uav 1: its program did not answer within 1 s",
+            "uav 1: its program did not answer within 1.",
         ),
     ] {
         let (code, text) = flown(agent);

@@ -11,7 +11,7 @@ use crate::{
     law::{ControlInput, saturated_control},
     pilot::{Forecast, Situation, Steer, Steered},
 };
-use ringwing_flight::{Account, Notes, Tick};
+use ringwing_flight::{Account, Notes, Tick, UavId};
 
 /// What decides how one UAV flies: the user's own law.
 ///
@@ -24,6 +24,9 @@ pub trait Controller {
     /// is, and those that it missed because its process was frozen. A new process begins with a new controller.
     fn step(&mut self, situation: &Situation<'_>) -> Wish;
 }
+
+/// Makes the controller of a UAV whenever an agent of it starts; `None` leaves the UAV to the built-in law.
+pub type MakeController = Box<dyn FnMut(UavId) -> Option<Box<dyn Controller>>>;
 
 impl<C: Controller + ?Sized> Controller for Box<C> {
     fn step(&mut self, situation: &Situation<'_>) -> Wish {

@@ -32,6 +32,24 @@ pub fn check(scenario: &Scenario) -> Result<(), FindError> {
         .try_for_each(|(uav, section)| program_of(uav, section).map(drop))
 }
 
+/// The files that decide what the programs of `scenario` do: the programs, and those of their arguments that are files.
+///
+/// # Errors
+/// As [`check`].
+pub fn files(scenario: &Scenario) -> Result<Vec<PathBuf>, FindError> {
+    let mut files = Vec::new();
+    for uav in UavId::all(scenario.formation.uavs) {
+        let Some(section) = scenario.agent_of(uav) else { continue };
+        let folder = Path::new(&section.folder);
+        let arguments = section.command.iter().skip(1).map(|argument| folder.join(argument));
+        files.push(program_of(uav, section)?);
+        files.extend(arguments.filter(|path| path.is_file()));
+    }
+    files.sort();
+    files.dedup();
+    Ok(files)
+}
+
 /// The file that `section` starts for `uav`.
 pub(crate) fn program_of(uav: UavId, section: &AgentSection) -> Result<PathBuf, FindError> {
     let program = section.command.first().map_or("", String::as_str);
@@ -47,13 +65,14 @@ fn found(program: &str, folder: &Path) -> io::Result<PathBuf> {
     if !folder.is_dir() {
         return Err(io::ErrorKind::NotADirectory.into());
     }
-    // As in a shell, a name with a slash is a path and any other is looked for in PATH. The program starts in its
+    // As in a shell, a name with a slash is a path and any other name is searched for in PATH. The program starts in its
     // folder, so its path is relative to that.
     if program.contains('/') {
         return executable(folder.join(program));
     }
     let path = env::var_os("PATH").unwrap_or_default();
-    let places: Vec<PathBuf> = env::split_paths(&path).map(|place| place.join(program)).collect();
+    let places: Vec<PathBuf> =
+        env::split_paths(&path).map(|place| folder.join(place).join(program)).collect();
     places.into_iter().map(executable).find(Result::is_ok).unwrap_or(Err(io::ErrorKind::NotFound.into()))
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Never knows the flight: what is not in a situation does not exist here.
 
-use crate::socket::{greeting, receive, send};
+use crate::socket::{LONGEST_TO_PROGRAM, greeting, receive, send};
 use ringwing_agent::controller::{
     Controller,
     message::{ReceivedSituation, wish_bytes},
@@ -53,11 +53,11 @@ pub struct SeatArgs {
 pub fn serve<C: Controller>(seat: &SeatArgs, make: impl FnOnce(&Scenario) -> C) -> Result<(), GuestError> {
     die_with(seat.launcher)?;
     let mut socket = take_stdin()?;
-    let text = receive(&mut socket)?.ok_or(GuestError::Foreign("scenario"))?;
+    let text = receive(&mut socket, LONGEST_TO_PROGRAM)?.ok_or(GuestError::Foreign("scenario"))?;
     let text = String::from_utf8(text).map_err(|_| GuestError::Foreign("scenario"))?;
     let mut controller = make(&Scenario::resolved(&text)?);
     send(&mut socket, greeting().as_bytes())?;
-    while let Some(bytes) = receive(&mut socket)? {
+    while let Some(bytes) = receive(&mut socket, LONGEST_TO_PROGRAM)? {
         let received = ReceivedSituation::of_bytes(&bytes).ok_or(GuestError::Foreign("situation"))?;
         let wish = controller.step(&received.situation());
         send(&mut socket, &wish_bytes(&wish))?;

@@ -1,24 +1,23 @@
 //! The programs of one simulated flight.
 //!
-//! Must never let a flight go on as if a program had answered that did not.
+//! Must never let a flight go on after a program failed to answer.
 
 use crate::program::{Program, ProgramError};
-use ringwing_agent::{Controller, Situation, Wish};
+use ringwing_agent::{Controller, Situation, Wish, controller::MakeController};
+use ringwing_bus::raise_open_files_limit;
 use ringwing_flight::UavId;
 use ringwing_scenario::Scenario;
 use std::{
     cell::RefCell,
+    collections::BTreeMap,
     path::{Path, PathBuf},
     rc::Rc,
 };
 
-/// Makes the controller of a UAV whenever an agent of it starts; `None` leaves the UAV to the built-in law.
-pub type MakeController = Box<dyn FnMut(UavId) -> Option<Box<dyn Controller>>>;
-
 /// The programs of one simulated flight, as its scenario names them.
 ///
 /// A process for each agent that starts: what a controller keeps between ticks is gone after a restart, as in a run. The
-/// processes end with the simulation that has their controllers.
+/// processes end with the flight; that of a UAV which is killed for good waits until then.
 #[derive(Debug)]
 pub struct Programs {
     flight: Rc<Flight>,
@@ -31,6 +30,8 @@ struct Flight {
     text: String,
     /// The folder for what they print; `None` keeps only the end of it.
     output: Option<PathBuf>,
+    /// The running program of each UAV that has one.
+    running: RefCell<BTreeMap<UavId, Program>>,
     /// Why the flight cannot go on: the first program that failed.
     failure: RefCell<Option<ProgramError>>,
 }
@@ -42,28 +43,27 @@ impl Programs {
             scenario: scenario.clone(),
             text: scenario.to_toml(),
             output: output.map(Path::to_owned),
+            running: RefCell::default(),
             failure: RefCell::default(),
         };
+        // Each program takes two or three files, and a sweep flies many flights at once.
+        if scenario.first_own_agent().is_some() {
+            // If that is not permitted, the few programs of most flights still start.
+            let _ = raise_open_files_limit();
+        }
         Self { flight: Rc::new(flight) }
     }
 
-    /// Starts a program for each agent that the scenario gives one.
+    /// Starts a program for each agent for which the scenario names one, and ends the program that the UAV had before.
     ///
-    /// A program that cannot be started, ends or does not answer wishes nothing more. The caller has to ask for the
-    /// [`failure`](Self::failure) after each tick, and to end the flight then.
+    /// If a program cannot be started, ends, or does not answer, its controller gives no more wishes. The caller has to ask for
+    /// the [`failure`](Self::failure) after each tick, and to end the flight then.
     pub fn controllers(&self) -> MakeController {
         let flight = self.flight.clone();
         Box::new(move |uav| {
-            let section = flight.scenario.agent_of(uav)?;
-            let output = flight.output.as_deref();
-            let start = || Program::start(&flight.scenario, &flight.text, uav, section, output);
-            // After a failure the flight ends before anybody misses this one.
-            let program = (!flight.has_failed()).then(start).transpose();
-            let program = program.unwrap_or_else(|error| {
-                flight.fail(error);
-                None
-            });
-            Some(Box::new(Hosted { program, flight: flight.clone() }) as Box<dyn Controller>)
+            flight.scenario.agent_of(uav)?;
+            flight.restart(uav);
+            Some(Box::new(Hosted { uav, flight: flight.clone() }) as Box<dyn Controller>)
         })
     }
 
@@ -77,8 +77,19 @@ impl Programs {
 }
 
 impl Flight {
-    fn has_failed(&self) -> bool {
-        self.failure.borrow().is_some()
+    /// Starts the program of `uav` in place of the one that runs.
+    fn restart(&self, uav: UavId) {
+        // First, as after a kill in a run: both may want the same file or port.
+        self.running.borrow_mut().remove(&uav);
+        // After a failure the flight ends before anybody misses this one.
+        if self.failure.borrow().is_some() {
+            return;
+        }
+        let Some(section) = self.scenario.agent_of(uav) else { return };
+        match Program::start(&self.scenario, &self.text, uav, section, self.output.as_deref()) {
+            Ok(program) => drop(self.running.borrow_mut().insert(uav, program)),
+            Err(error) => self.fail(error),
+        }
     }
 
     fn fail(&self, error: ProgramError) {
@@ -86,20 +97,20 @@ impl Flight {
     }
 }
 
-/// The controller of one UAV: a program, as long as it answers.
+/// The controller of one UAV: its program, as long as it answers.
 struct Hosted {
-    program: Option<Program>,
+    uav: UavId,
     flight: Rc<Flight>,
 }
 
 impl Controller for Hosted {
     fn step(&mut self, situation: &Situation<'_>) -> Wish {
-        let asked = self.program.as_mut().map(|program| program.ask(situation));
-        match asked {
+        let mut running = self.flight.running.borrow_mut();
+        match running.get_mut(&self.uav).map(|program| program.ask(situation)) {
             Some(Ok(wish)) => return wish,
             Some(Err(error)) => {
                 self.flight.fail(error);
-                self.program = None;
+                running.remove(&self.uav);
             }
             None => {}
         }

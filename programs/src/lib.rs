@@ -14,8 +14,8 @@ pub mod output;
 mod program;
 mod socket;
 
-pub use find::{FindError, check};
-pub use host::{MakeController, Programs};
+pub use find::{FindError, check, files};
+pub use host::Programs;
 pub use program::{ProgramError, SIMULATED_MARKER};
 
 /// Makes Python write each line at once. A killed process would lose what it has not written.

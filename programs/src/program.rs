@@ -6,7 +6,7 @@ use crate::{
     UNBUFFERED,
     find::{FindError, program_of},
     output::{KEPT_BYTES, keep},
-    socket::{greeting, receive, send},
+    socket::{LONGEST_FROM_PROGRAM, greeting, receive, send},
 };
 use ringwing_agent::{
     Situation, Wish,
@@ -14,10 +14,10 @@ use ringwing_agent::{
 };
 use ringwing_flight::UavId;
 use ringwing_scenario::{AgentSection, Scenario};
-use rustix::process::{Pid, Signal, kill_process_group};
+use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 use std::{
     fs::{self, OpenOptions},
-    io::{self, PipeReader, Write},
+    io::{self, PipeReader, Read, Write},
     os::{
         fd::OwnedFd,
         unix::{net::UnixStream, process::CommandExt},
@@ -75,7 +75,9 @@ pub(crate) struct Program {
     /// `None` once the program has been told that its flight is over.
     socket: Option<UnixStream>,
     output: Output,
-    answer_timeout: Duration,
+    answer_limit: Duration,
+    /// How the program ended, once it has.
+    ending: Option<String>,
 }
 
 /// What a program prints.
@@ -98,11 +100,10 @@ impl Program {
         output: Option<&Path>,
     ) -> Result<Self, ProgramError> {
         let file = program_of(uav, section)?;
-        let supervision = &scenario.supervision;
         let mut program =
             Self::spawn(&file, section, uav, output).map_err(|source| ProgramError::Start { uav, source })?;
-        program.answer_timeout = Duration::from_secs_f64(supervision.answer_timeout_s);
-        let patience = Duration::from_secs_f64(supervision.start_timeout_s);
+        program.answer_limit = scenario.answer_limit();
+        let patience = scenario.start_limit();
         program.greet(text, patience).map_err(|error| program.failed(&error, patience, String::new()))?;
         Ok(program)
     }
@@ -124,7 +125,7 @@ impl Program {
             // What it starts is ended with it. Ctrl-C reaches only the process that flies, which then ends the program.
             .process_group(0)
             .spawn()?;
-        Ok(Self { uav, child, socket: Some(socket), output, answer_timeout: Duration::MAX })
+        Ok(Self { uav, child, socket: Some(socket), output, answer_limit: Duration::MAX, ending: None })
     }
 
     fn greet(&mut self, text: &str, patience: Duration) -> io::Result<()> {
@@ -138,22 +139,21 @@ impl Program {
 
     /// What the program wishes in this situation.
     pub(crate) fn ask(&mut self, situation: &Situation<'_>) -> Result<Wish, ProgramError> {
-        let answered = self.exchange(&situation_bytes(situation), self.answer_timeout).and_then(|bytes| {
+        let answered = self.exchange(&situation_bytes(situation), self.answer_limit).and_then(|bytes| {
             wish_of_bytes(&bytes).ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "no wish"))
         });
         answered.map_err(|error| {
             let when = format!(" at {:.2} s", situation.time_s());
-            self.failed(&error, self.answer_timeout, when)
+            self.failed(&error, self.answer_limit, when)
         })
     }
 
     /// Sends a message, and waits for the answer for as long as `patience` says.
     fn exchange(&mut self, message: &[u8], patience: Duration) -> io::Result<Vec<u8>> {
         let socket = self.socket.as_mut().ok_or(io::ErrorKind::NotConnected)?;
-        socket.set_read_timeout(Some(patience))?;
-        socket.set_write_timeout(Some(patience))?;
-        send(socket, message)?;
-        receive(socket)?.ok_or_else(|| io::ErrorKind::UnexpectedEof.into())
+        let mut socket = Timed { socket, since: Instant::now(), patience };
+        send(&mut socket, message)?;
+        receive(&mut socket, LONGEST_FROM_PROGRAM)?.ok_or_else(|| io::ErrorKind::UnexpectedEof.into())
     }
 
     /// Why the program has failed, with what it printed last.
@@ -161,47 +161,82 @@ impl Program {
         let problem = match error.kind() {
             // Both names of a timeout, depending on the system.
             io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => {
-                self.kill();
+                self.end(Duration::ZERO);
                 format!("did not answer within {} s", patience.as_secs_f64())
             }
             io::ErrorKind::InvalidData => {
-                self.kill();
+                self.end(Duration::ZERO);
                 format!("was built with another version of ringwing: {error}")
             }
-            _ => self.end(),
+            _ => self.end(LAST_WORDS),
         };
         ProgramError::Failed { uav: self.uav, problem, when, words: self.output.last_words() }
     }
 
-    /// Waits for the end of the program, and says how it ended.
-    fn end(&mut self) -> String {
+    /// Ends the program and every process that it has started, after it had `patience` to end by itself. Returns how it ended.
+    fn end(&mut self, patience: Duration) -> String {
+        if let Some(ending) = &self.ending {
+            return ending.clone();
+        }
+        // Tells the program that the flight is over.
         self.socket = None;
         let since = Instant::now();
-        while since.elapsed() < LAST_WORDS {
-            match self.child.try_wait() {
-                Ok(Some(status)) => return format!("ended ({status})"),
-                Ok(None) => thread::sleep(LOOK_AGAIN),
-                Err(_) => break,
-            }
+        let pid = Pid::from_child(&self.child);
+        // Without collecting the program, so that its number still belongs to its group.
+        let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        let has_ended = || !matches!(waitid(WaitId::Pid(pid), options), Ok(None));
+        while !has_ended() && since.elapsed() < patience {
+            thread::sleep(LOOK_AGAIN);
         }
-        "closed its standard input".into()
-    }
-
-    /// Ends the program and every process that it has started.
-    fn kill(&self) {
-        if let Some(group) = Pid::from_raw(self.child.id().cast_signed()) {
-            // Fails if nobody of the group is left.
-            let _ = kill_process_group(group, Signal::KILL);
-        }
+        let by_itself = has_ended();
+        // Both fail if nobody is left.
+        let _ = kill_process_group(pid, Signal::KILL);
+        let _ = self.child.kill();
+        let ending = match self.child.wait() {
+            Ok(status) if by_itself => format!("ended ({status})"),
+            _ => "closed its standard input".into(),
+        };
+        self.ending.insert(ending).clone()
     }
 }
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // The closed socket tells it that the flight is over.
-        let _ = self.end();
-        self.kill();
-        let _ = self.child.wait();
+        self.end(LAST_WORDS);
+        self.output.wait();
+    }
+}
+
+/// The socket of a program that has a limited time.
+struct Timed<'s> {
+    socket: &'s mut UnixStream,
+    since: Instant,
+    patience: Duration,
+}
+
+impl Timed<'_> {
+    /// What is left of the time. A limit for each read alone would let a program send one byte after the other.
+    fn left(&self) -> io::Result<Option<Duration>> {
+        let left = self.patience.saturating_sub(self.since.elapsed());
+        if left.is_zero() { Err(io::ErrorKind::TimedOut.into()) } else { Ok(Some(left)) }
+    }
+}
+
+impl Read for Timed<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.socket.set_read_timeout(self.left()?)?;
+        self.socket.read(bytes)
+    }
+}
+
+impl Write for Timed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.socket.set_write_timeout(self.left()?)?;
+        self.socket.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.socket.flush()
     }
 }
 
@@ -224,12 +259,17 @@ impl Output {
         Ok(Self { file, tail, reader })
     }
 
-    /// Where its output is, or the last line that says something.
-    fn last_words(&self) -> String {
+    /// Waits until everything is kept, but only for a limited time: a process that the program left behind may still have its output.
+    fn wait(&self) {
         let since = Instant::now();
         while !self.reader.is_finished() && since.elapsed() < LAST_WORDS {
             thread::sleep(LOOK_AGAIN);
         }
+    }
+
+    /// Where its output is, or the last line that says something.
+    fn last_words(&self) -> String {
+        self.wait();
         if let Some(file) = &self.file {
             return format!("; what it printed is in {}", file.display());
         }

@@ -63,6 +63,10 @@ impl Order {
         let failure = Arc::new(FirstFailure::default());
         let mut flight =
             RecordedFlight::begin_with(scenario, places, self.controllers(scenario, &failure))?;
+        // Only now: a flight that cannot begin must not hide the one before.
+        if let Some(folder) = &folder {
+            run_folder::link_latest(folder);
+        }
         let takeoff = Instant::now();
         let raised = fly_to_end(&mut flight, &failure);
         let flight_time = takeoff.elapsed();
@@ -152,7 +156,6 @@ fn setting(key: &str, value: &str) -> Setting {
 fn make_folder(out: &Path, scenario: &Scenario) -> Result<PathBuf, Failure> {
     let folder = run_folder::create(out, scenario, &DomainId::fresh().to_string())
         .map_err(|(path, error)| Failure::unwritable(&path, error))?;
-    run_folder::link_latest(&folder);
     Ok(folder)
 }
 

@@ -32,7 +32,7 @@ mod seat_agent;
 mod simulation;
 
 pub use measurement::{Flown, Frames, Measurement, fly};
-pub use seat_agent::MakeController;
+pub use ringwing_agent::controller::MakeController;
 pub use simulation::Simulation;
 
 use ringwing_flight::UavId;

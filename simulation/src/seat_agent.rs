@@ -11,9 +11,6 @@ use ringwing_flight::{LinkCounts, Notes, Tick, UavId};
 use ringwing_scenario::{Scenario, fault::schedule::LinkFault};
 use std::convert::Infallible;
 
-/// Makes the controller of a UAV whenever an agent of it starts; `None` leaves the UAV to the built-in law.
-pub type MakeController = Box<dyn FnMut(UavId) -> Option<Box<dyn Controller>>>;
-
 /// The agent of one UAV.
 pub(crate) enum SeatAgent {
     /// With the built-in law.

@@ -4,8 +4,9 @@ use crate::{
     SimulationError, check,
     inputs::{AgentInputs, Air},
     own_program,
-    seat_agent::{MakeController, SeatAgent},
+    seat_agent::SeatAgent,
 };
+use ringwing_agent::controller::MakeController;
 use ringwing_flight::{
     Account, Event, LeaderState, LinkCounts, Notes, Part, ProcessAction, ProcessState, Reporter, Sensed,
     Tick, TimedEvent, Truth, UavId, WorldReport,

@@ -36,7 +36,7 @@ impl Folder {
         match fs::read_to_string(folder.definition()) {
             Ok(before) if before != definition => {
                 return Err(WrongUsage(format!(
-                    "{}: holds another hunt, or the same one by another build of ringwing: choose another folder with \
+                    "{}: holds another hunt, or the same one by another build of ringwing or of a program that flies UAVs: choose another folder with \
                      --out, or begin anew with --fresh",
                     folder.0.display()
                 ))
@@ -109,7 +109,7 @@ fn definition(hunt: &Hunt) -> anyhow::Result<String> {
     // because another one may fly the same faults differently.
     let value = json!({
         "scenario": hunt.scenario.to_toml(), "budget": hunt.budget.to_string(), "goal": hunt.goal.to_string(),
-        "strategy": strategy, "search_seed": hunt.seed, "version": env!("CARGO_PKG_VERSION"), "build": build()?,
+        "strategy": strategy, "search_seed": hunt.seed, "version": env!("CARGO_PKG_VERSION"), "build": build(&hunt.scenario)?,
     });
     Ok(serde_json::to_string_pretty(&value)? + "\n")
 }

@@ -1,6 +1,7 @@
 //! Reads a flight from its log: measures it again and collects columns to draw.
 //!
-//! Never uses anything but the log: the same file gives the same numbers on every machine.
+//! Never uses anything but the log: the same file gives the same numbers on every machine. Only a baseline also needs the programs
+//! of the user's that the log names.
 
 use super::periods::Periods;
 use crate::baseline;

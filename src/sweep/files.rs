@@ -5,6 +5,7 @@
 use super::{SweepArgs, tell_place};
 use crate::{WrongUsage, output::tell};
 use anyhow::Context;
+use ringwing_scenario::Scenario;
 use ringwing_study::{
     Figure,
     files::{CsvLines, ResultsError, replace},
@@ -15,7 +16,7 @@ use ringwing_study::{
 };
 use serde_json::json;
 use std::{env, fs, io::Write, path::Path};
-use xxhash_rust::xxh3::xxh3_64;
+use xxhash_rust::xxh3::Xxh3;
 
 /// Figures that every sweep draws.
 const FIGURES: [&str; 4] = ["slot_error_max_m", "settling_s", "recovery_max_s", "closest_pair_m"];
@@ -23,11 +24,17 @@ const FIGURES: [&str; 4] = ["slot_error_max_m", "settling_s", "recovery_max_s", 
 const PRINTED: usize = 40;
 
 /// Identifies this program to the bit.
-pub(crate) fn build() -> anyhow::Result<String> {
+///
+/// The programs of the user's that fly UAVs of `scenario` are a part of it: rows of two laws must not be mixed either.
+pub(crate) fn build(scenario: &Scenario) -> anyhow::Result<String> {
     // A hash and not the version: two builds of one version may fly differently, and their rows must not be mixed.
     let path = env::current_exe().context("the path of this program is unknown")?;
-    let bytes = fs::read(&path).with_context(|| format!("{} cannot be read", path.display()))?;
-    Ok(format!("{:016x}", xxh3_64(&bytes)))
+    let files = [path].into_iter().chain(ringwing_programs::files(scenario)?);
+    let mut hash = Xxh3::new();
+    for file in files {
+        hash.update(&fs::read(&file).with_context(|| format!("{} cannot be read", file.display()))?);
+    }
+    Ok(format!("{:016x}", hash.digest()))
 }
 
 /// The figures to draw: the usual ones and those that the arguments name.

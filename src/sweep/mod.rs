@@ -134,7 +134,7 @@ fn prepare(folder: &Path, sweep: &Definition, args: &SweepArgs) -> anyhow::Resul
     let manifest = Manifest {
         sweep: sweep.clone(),
         version: env!("CARGO_PKG_VERSION").into(),
-        build: files::build()?,
+        build: files::build(&sweep.cell(0)?)?,
         by_processes: args.processes,
         has_baseline: args.baseline,
     };
@@ -155,7 +155,7 @@ fn check_same(folder: &Path, manifest: &Manifest, before: &Manifest) -> Result<(
     let what = if !manifest.sweep.continues(&before.sweep) {
         "another sweep, or of more seeds than are asked for now"
     } else if manifest.build != before.build {
-        "the same sweep flown by another build of ringwing"
+        "the same sweep flown by another build of ringwing, or of a program that flies UAVs"
     } else if manifest.by_processes != before.by_processes {
         "the same sweep, one of them with --processes"
     } else if manifest.has_baseline != before.has_baseline {

@@ -90,7 +90,7 @@ impl RecordedFlight {
     pub fn step(&mut self) -> bool {
         let goes_on = match self.flight.step() {
             Ok(goes_on) => goes_on,
-            // The tick in which a program failed has no part in the flight.
+            // The tick in which a program failed is not logged: the withheld wish would be blamed on the controller.
             Err(failure) => {
                 self.cut_short(failure.to_string());
                 return false;

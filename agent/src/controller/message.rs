@@ -11,6 +11,8 @@ use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_read_unaligned};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{FormationFrame, Notes, Pose, Sensed, Tick, Traffic, UavId};
 
+/// Number of this layout. Count it up when a field is added, changes its meaning, or changes its place.
+pub const LAYOUT: u32 = 1;
 /// Size of a wish as bytes.
 pub const WISH_BYTES: usize = size_of::<WishBytes>();
 /// Size of a situation as bytes, without the numbers of the lost UAVs, which follow.
@@ -307,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wish_arrives_with_its_notes_also_if_it_is_no_number() {
+    fn a_wish_arrives_with_its_notes_even_if_it_is_nan() {
         let wish = Wish::new(15.0, f64::NAN).with_note("gain", 2.0);
         let received = wish_of_bytes(&wish_bytes(&wish)).unwrap();
         assert_eq!(format!("{received:?}"), format!("{wish:?}"));

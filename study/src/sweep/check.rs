@@ -32,7 +32,7 @@ pub fn check(
             }
             let problem = match definition.checked_cell(cell) {
                 Ok(scenario) if is_simulated => flight::check(&scenario).err().map(|error| error.to_string()),
-                Ok(_) => None,
+                Ok(scenario) => ringwing_programs::check(&scenario).err().map(|error| error.to_string()),
                 Err(problem) => Some(problem.to_string()),
             };
             if let Some(problem) = problem {
