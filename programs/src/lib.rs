@@ -1,7 +1,7 @@
 //! The programs of users that fly UAVs in place of the built-in law, as `[[agents]]` names them.
 //!
 //! [`find`] says before a flight whether a program can be started, and [`output`] keeps what it prints. In a run a program is an
-//! agent of its own. In a simulated flight [`Programs`] starts it, and [`guest`] is the other end of the [`socket`] between them.
+//! agent of its own. In a simulated flight [`Programs`] starts it, and [`guest`] is the other end of the socket between them.
 //!
 //! Never decides which UAV flies with which program: the scenario does.
 

@@ -61,8 +61,7 @@ impl Order {
         let output = folder.as_deref().map(run_folder::output_in);
         let places = Places { log: log.as_deref(), output: output.as_deref() };
         let failure = Arc::new(FirstFailure::default());
-        let mut flight =
-            RecordedFlight::begin_with(scenario, places, self.controllers(scenario, &failure))?;
+        let mut flight = RecordedFlight::begin_with(scenario, places, self.controllers(scenario, &failure))?;
         // Only now: a flight that cannot begin must not hide the one before.
         if let Some(folder) = &folder {
             run_folder::link_latest(folder);
