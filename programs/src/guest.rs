@@ -31,11 +31,11 @@ pub enum GuestError {
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
     /// A message is not what a flight sends.
-    #[error("the flight has sent something else than a {0}: it was built from another version of ringwing")]
+    #[error("the flight sent something that is not a {0}: it was built with another version of ringwing")]
     Foreign(&'static str),
 }
 
-/// Which UAV to fly, and for whom.
+/// The UAV to fly, and the process that flies the others.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub struct SeatArgs {
     /// The UAV to fly, from 1.

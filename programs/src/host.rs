@@ -27,7 +27,6 @@ pub struct Programs {
 #[derive(Debug)]
 struct Flight {
     scenario: Scenario,
-    text: String,
     /// The folder for what they print; `None` keeps only the end of it.
     output: Option<PathBuf>,
     /// The running program of each UAV that has one.
@@ -41,7 +40,6 @@ impl Programs {
     pub fn of(scenario: &Scenario, output: Option<&Path>) -> Self {
         let flight = Flight {
             scenario: scenario.clone(),
-            text: scenario.to_toml(),
             output: output.map(Path::to_owned),
             running: RefCell::default(),
             failure: RefCell::default(),
@@ -86,7 +84,7 @@ impl Flight {
             return;
         }
         let Some(section) = self.scenario.agent_of(uav) else { return };
-        match Program::start(&self.scenario, &self.text, uav, section, self.output.as_deref()) {
+        match Program::start(&self.scenario, uav, section, self.output.as_deref()) {
             Ok(program) => drop(self.running.borrow_mut().insert(uav, program)),
             Err(error) => self.fail(error),
         }

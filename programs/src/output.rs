@@ -2,13 +2,35 @@
 //!
 //! Must never let a program that prints without end fill the disk or wait for a reader.
 
-use std::io::{self, Read, Write};
+use ringwing_flight::UavId;
+use std::{
+    fs::{File, OpenOptions, create_dir_all},
+    io::{self, Read, Write},
+    path::{Path, PathBuf},
+};
 
 /// Bytes kept of what a UAV's programs print. More fills the disk during a long flight; less cuts off what somebody may look
 /// for.
-pub const KEPT_BYTES: u64 = 1 << 20;
+const KEPT_BYTES: u64 = 1 << 20;
 /// The last line of a file that is full.
 const CUT: &str = "\n[ringwing keeps 1 MiB of what a UAV's programs print; the rest was dropped]\n";
+
+/// The file for what the programs of `uav` print, in `folder`.
+pub fn file_of(folder: &Path, uav: UavId) -> PathBuf {
+    folder.join(format!("uav-{}.txt", uav.0))
+}
+
+/// Opens the file at `path`, and its folder, for what a program prints; returns how many bytes there is room for.
+///
+/// # Errors
+/// The folder or the file cannot be written.
+pub fn open(path: &Path) -> io::Result<(File, u64)> {
+    path.parent().map_or(Ok(()), create_dir_all)?;
+    // A program that is started again adds to what the one before has printed.
+    let file = OpenOptions::new().create(true).append(true).open(path)?;
+    let room = KEPT_BYTES.saturating_sub(file.metadata()?.len());
+    Ok((file, room))
+}
 
 /// Writes the first `room` bytes of what comes into `file`, and drops the rest after calling `on_cut` once.
 pub fn keep(mut from: impl Read, mut file: impl Write, mut room: u64, on_cut: impl FnOnce()) {

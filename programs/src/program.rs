@@ -5,7 +5,7 @@
 use crate::{
     UNBUFFERED,
     find::{FindError, program_of},
-    output::{KEPT_BYTES, keep},
+    output::{file_of, keep, open},
     socket::{LONGEST_FROM_PROGRAM, greeting, receive, send},
 };
 use ringwing_agent::{
@@ -16,7 +16,6 @@ use ringwing_flight::UavId;
 use ringwing_scenario::{AgentSection, Scenario};
 use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
 use std::{
-    fs::{self, OpenOptions},
     io::{self, PipeReader, Read, Write},
     os::{
         fd::OwnedFd,
@@ -91,10 +90,9 @@ struct Output {
 }
 
 impl Program {
-    /// Starts the program of `section` for `uav`, and waits until its controller is ready. `text` is the scenario as TOML.
+    /// Starts the program of `section` for `uav`, and waits until its controller is ready.
     pub(crate) fn start(
         scenario: &Scenario,
-        text: &str,
         uav: UavId,
         section: &AgentSection,
         output: Option<&Path>,
@@ -104,7 +102,9 @@ impl Program {
             Self::spawn(&file, section, uav, output).map_err(|source| ProgramError::Start { uav, source })?;
         program.answer_limit = scenario.answer_limit();
         let patience = scenario.start_limit();
-        program.greet(text, patience).map_err(|error| program.failed(&error, patience, String::new()))?;
+        program
+            .greet(&scenario.to_toml(), patience)
+            .map_err(|error| program.failed(&error, patience, String::new()))?;
         Ok(program)
     }
 
@@ -244,15 +244,12 @@ impl Output {
     /// Begins to keep what comes through `reader`: in a file in the folder `output`, or only the end of it.
     fn begin(reader: PipeReader, uav: UavId, output: Option<&Path>) -> io::Result<Self> {
         let tail = Arc::new(Mutex::new(Vec::new()));
-        let file = output.map(|folder| folder.join(format!("uav-{}.txt", uav.0)));
+        let file = output.map(|folder| file_of(folder, uav));
         let mut sink: Box<dyn Write + Send> = Box::new(Tail(tail.clone()));
         let mut room = u64::MAX;
-        if let (Some(folder), Some(path)) = (output, &file) {
-            fs::create_dir_all(folder)?;
-            // A program that is started again adds to what the one before has printed.
-            let file = OpenOptions::new().create(true).append(true).open(path)?;
-            room = KEPT_BYTES.saturating_sub(file.metadata()?.len());
-            sink = Box::new(file);
+        if let Some(path) = &file {
+            let (file, left) = open(path)?;
+            (sink, room) = (Box::new(file), left);
         }
         let keeper = move || keep(reader, sink, room, || {});
         let reader = thread::Builder::new().name("what a program prints".into()).spawn(keeper)?;

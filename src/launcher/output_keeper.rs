@@ -7,10 +7,9 @@ use super::{
     inbox::{Notice, spawn_thread},
 };
 use ringwing_flight::UavId;
-use ringwing_programs::output::{KEPT_BYTES, keep};
+use ringwing_programs::output::{file_of, keep, open};
 use ringwing_recorder::log::run_folder;
 use std::{
-    fs::{self, OpenOptions},
     io::{self, PipeWriter},
     path::{Path, PathBuf},
     sync::mpsc::Sender,
@@ -40,17 +39,14 @@ impl OutputKeeper {
 
     /// The file with the output of `uav`.
     pub(super) fn file(&self, uav: UavId) -> PathBuf {
-        self.folder.join(format!("uav-{}.txt", uav.0))
+        file_of(&self.folder, uav)
     }
 
     /// The end into which a program of `uav` is to print.
     pub(super) fn open(&mut self, uav: UavId) -> Result<PipeWriter, LaunchError> {
         let path = self.file(uav);
         let unwritable = |source| LaunchError::Folder { path: path.clone(), source };
-        fs::create_dir_all(&self.folder).map_err(unwritable)?;
-        // A program that is started again adds to what the one before has printed.
-        let file = OpenOptions::new().create(true).append(true).open(&path).map_err(unwritable)?;
-        let room = KEPT_BYTES.saturating_sub(file.metadata().map_err(unwritable)?.len());
+        let (file, room) = open(&path).map_err(unwritable)?;
         let failed = |source| LaunchError::Spawn { what: format!("the pipe for what {uav} prints"), source };
         let (reader, writer) = io::pipe().map_err(failed)?;
         let inbox = self.inbox.clone();

@@ -1,4 +1,4 @@
-//! A situation and a wish as bytes, for a controller in another process than its agent.
+//! A situation and a wish as bytes, for a controller that does not run in its agent's process.
 //!
 //! Must never lose a bit: a flight does not depend on where its controller runs.
 
@@ -11,7 +11,7 @@ use bytemuck::{Pod, Zeroable, bytes_of, cast_slice, pod_read_unaligned};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{FormationFrame, Notes, Pose, Sensed, Tick, Traffic, UavId};
 
-/// Number of this layout. Count it up when a field is added, changes its meaning, or changes its place.
+/// Number of this layout. Increase it when a field is added, moves, or changes its meaning.
 pub const LAYOUT: u32 = 1;
 /// Size of a wish as bytes.
 pub const WISH_BYTES: usize = size_of::<WishBytes>();
@@ -32,7 +32,7 @@ pub struct ReceivedSituation {
 #[repr(C)]
 struct SituationBytes {
     sensed: Sensed,
-    /// All zero if there is none.
+    /// Zeroed if nobody reports traffic.
     traffic: Traffic,
     neighbours: [NeighbourBytes; 2],
     leader: LeaderBytes,
