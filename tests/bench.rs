@@ -11,7 +11,7 @@ use ringwing_flight::Tick;
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{
-    collections::BTreeSet,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::Path,
     process::{Command, Stdio},
@@ -343,22 +343,28 @@ fn allowed_cores(status: &str) -> Option<&str> {
 }
 
 #[test]
-fn pinned_processes_run_on_one_core_each() {
+fn pinned_processes_run_on_one_core_each_and_on_all_cores_together() {
     let bench =
         Bench::start("--pin --uavs 2 --load closed --transport gate --repeat 1 --warm-up 0 --seconds 0.5");
-    // The order of both cases depends on the seed, so look for both processes at once.
-    let mut unseen = vec![" agent --uav 1 ", "--member 1 "];
-    wait_until("an agent and a peer have run", || {
-        let processes = bench.processes();
-        unseen.retain(|text| {
+    // The order of both cases depends on the seed, so look for the processes of both at once.
+    let mut cores: BTreeMap<&str, u32> = BTreeMap::new();
+    wait_until("two agents and two peers have run", || {
+        for text in [" agent --uav 1 ", " agent --uav 2 ", "--member 0 ", "--member 1 "] {
+            let processes = bench.processes();
             let process = processes.iter().find(|(_, line)| line.contains(text));
             let status = process.and_then(|(pid, _)| fs::read_to_string(format!("/proc/{pid}/status")).ok());
-            let allowed = status.as_deref().and_then(allowed_cores);
-            assert!(allowed.is_none_or(|cores| cores.parse::<u32>().is_ok()), "{text}: {allowed:?}");
-            allowed.is_none()
-        });
-        unseen.is_empty().then_some(())
+            if let Some(allowed) = status.as_deref().and_then(allowed_cores) {
+                let core =
+                    allowed.parse().unwrap_or_else(|_| panic!("{text}: more than one core: {allowed}"));
+                cores.insert(text, core);
+            }
+        }
+        (cores.len() == 4).then_some(())
     });
+    if thread::available_parallelism().is_ok_and(|count| count.get() > 1) {
+        assert_ne!(cores[" agent --uav 1 "], cores[" agent --uav 2 "], "agents");
+        assert_ne!(cores["--member 0 "], cores["--member 1 "], "peers");
+    }
     assert_eq!(bench.finish().cases().len(), 2);
 }
 

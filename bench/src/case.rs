@@ -41,11 +41,11 @@ pub struct Case {
 pub enum Carrier {
     /// The swarm itself: the real world, agents, law and messages.
     Swarm,
-    /// Floor: the tick gate with the same number of processes, and no data.
+    /// Floor: the tick gate with as many processes as the swarm, and no data.
     Gate,
     /// Floor: two processes take turns at one atomic word in shared memory, and spin.
     Atomic,
-    /// A futex in shared memory wakes all processes; no data.
+    /// A futex in shared memory wakes as many processes as the swarm has; no data.
     Futex,
     /// A pipe to each peer and one back, blocking.
     Pipe,
@@ -95,11 +95,21 @@ impl Carrier {
 }
 
 impl Case {
-    /// Number of processes that take part in a tick, without a recorder: the agents, the world, and a leader if there is
-    /// one.
+    /// Whether a process takes the leader's place. A hub relays the leader's state itself, and two processes that take
+    /// turns leave no place for a third.
+    pub(crate) fn has_leader(&self) -> bool {
+        matches!(self.carrier, Carrier::Swarm | Carrier::Gate | Carrier::Futex)
+            || self.topology == Topology::Mesh
+    }
+
+    /// Number of processes that answer a tick: the agents, and a leader if there is one.
+    pub(crate) fn answering(&self) -> u32 {
+        self.uavs + u32::from(self.has_leader())
+    }
+
+    /// Number of processes that take part in a tick, without a recorder: those that answer it, and the world.
     pub(crate) fn processes(&self) -> u32 {
-        let has_leader = self.carrier == Carrier::Swarm || self.topology == Topology::Mesh;
-        self.uavs + 1 + u32::from(has_leader)
+        self.answering() + 1
     }
 
     /// The scenario of this case: drawn start positions, a sky without obstacles, the paper's law.

@@ -19,7 +19,9 @@ use crate::{
     transport::hub,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ringwing_bus::{DomainOwner, Patience, StopFlag, SuspendFlag, copy_whole, stop_self};
+use ringwing_bus::{
+    DomainOwner, Patience, StopFlag, SuspendFlag, copy_whole, stop_self, without_restartable_sequences,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use std::{
     cell::Cell,
@@ -151,7 +153,8 @@ impl<'a> Runner<'a> {
             placement: self.placement.clone(),
             launcher: std::process::id(),
         });
-        let child = self.placement.placement().start(0, || command.spawn());
+        // The case places its processes. Placed here, they would all inherit the core of this one.
+        let child = command.spawn();
         let limit = self.time_limit(case);
         self.wait(child.map_err(BenchError::system("a case cannot be started"))?, limit)?;
         let (head, mut trace) = Trace::load(&path)?;
@@ -243,6 +246,10 @@ fn command(args: &CaseArgs) -> Command {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
     // Whoever forces colours wants them on the terminal, not in the reason of a failed case.
     command.env("NO_COLOR", "1");
+    // The launcher of a swarm starts its processes so. The hub, all peers and the user's programs inherit it: whoever has it is
+    // faster.
+    let (variable, value) = without_restartable_sequences();
+    command.env(variable, value);
     // In a process group of its own: the terminal sends Ctrl-C to the benchmark alone, which ends the case in order.
     command.process_group(0);
     command

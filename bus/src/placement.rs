@@ -1,6 +1,7 @@
 //! On which core a new process runs, and with which priority.
 //!
-//! Must never change the scheduling of the calling thread for longer than it takes to start one process.
+//! Must never change the scheduling of the calling thread for longer than it takes to start one process, unless that thread
+//! takes a place itself.
 
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use std::io;
@@ -40,16 +41,21 @@ impl Placement {
         tried.map_err(|source| PlacementError { priority, source })
     }
 
+    /// Gives this thread the scheduling of the process number `index`. Start all others before: what they inherit from a thread
+    /// on one core is that core.
+    pub fn take(self, index: usize) -> io::Result<()> {
+        if self.pin {
+            sched_setaffinity(None, &one_core(&sched_getaffinity(None)?, index))?;
+        }
+        self.priority.map_or(Ok(()), set_fifo)
+    }
+
     /// Calls `start` to start the process number `index`.
     ///
     /// A child inherits the scheduling of the thread that starts it, so this thread takes it on until `start` returns.
     pub fn start<T>(self, index: usize, start: impl FnOnce() -> io::Result<T>) -> io::Result<T> {
         let before = sched_getaffinity(None)?;
-        if self.pin {
-            sched_setaffinity(None, &one_core(&before, index))?;
-        }
-        let urgent = self.priority.map_or(Ok(()), set_fifo);
-        let started = urgent.and_then(|()| start());
+        let started = self.take(index).and_then(|()| start());
         // Undo both before reporting a failed start.
         if self.priority.is_some() {
             set_normal()?;
@@ -114,6 +120,19 @@ mod tests {
         }
         urgent.start(0, || Ok(())).unwrap();
         assert_eq!(rustix::process::getpriority_process(None).unwrap(), 0);
+    }
+
+    #[test]
+    fn a_thread_that_takes_a_place_keeps_it() {
+        let pinned = Placement { pin: true, priority: None };
+        let (all, taken) = std::thread::spawn(move || {
+            let all = sched_getaffinity(None).unwrap();
+            pinned.take(1).unwrap();
+            (all, sched_getaffinity(None).unwrap())
+        })
+        .join()
+        .unwrap();
+        assert!(taken == one_core(&all, 1));
     }
 
     #[test]

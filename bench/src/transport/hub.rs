@@ -36,9 +36,11 @@ pub(crate) fn run(
     let gate = domain.gate()?;
     let mut peers = Peers::start(case, domain, folder, placement)?;
     peers.wait_until_ready(&gate)?;
+    // Not before the peers have started, because they would inherit it.
+    placement.take(0).map_err(BenchError::system("the hub cannot be placed"))?;
     gate.set_ready_process(Part::World, Some(std::process::id()));
     let to_peers = ToPeers::open(&mut peers, case, domain)?;
-    let mut hub = Hub { case, gate, strategy: wait_strategy(case.load, case.uavs + 1), to_peers };
+    let mut hub = Hub { case, gate, strategy: wait_strategy(case.load, case.processes()), to_peers };
     hub.run(&mut measure)?;
     measure.run_ended(&hub.gate)?;
     hub.end()?;
@@ -146,7 +148,7 @@ impl Hub<'_> {
 
     fn open(&mut self, tick: i64) -> Result<(), BenchError> {
         match &mut self.to_peers {
-            ToPeers::Gate => self.gate.open_tick(Tick(tick), self.case.uavs),
+            ToPeers::Gate => self.gate.open_tick(Tick(tick), self.case.answering()),
             ToPeers::Futex(words) => words.broadcast(round_of(tick)),
             ToPeers::Turns(words) => words.pass(turn_of(tick)),
             ToPeers::Links(links) => {
@@ -171,7 +173,7 @@ impl Hub<'_> {
                 }
             }
             ToPeers::Futex(words) => {
-                while !words.wait_for_answers(self.case.uavs) {
+                while !words.wait_for_answers(self.case.answering()) {
                     in_time()?;
                 }
             }

@@ -110,7 +110,7 @@ impl ToHub {
                 // As the hub does: in a closed loop a wait ends within microseconds, and paced at a time that is known.
                 let is_closed = args.case.load == Load::Closed;
                 let strategy = if is_closed {
-                    WaitStrategy::yielding(args.case.uavs + 1)
+                    WaitStrategy::yielding(args.case.processes())
                 } else {
                     WaitStrategy::timed()
                 };
@@ -125,7 +125,7 @@ impl ToHub {
     fn open_words(args: &PeerArgs, domain: &Domain) -> io::Result<Self> {
         let words = SharedWords::open(&domain.words_path())?;
         Ok(match args.case.carrier {
-            Carrier::Futex => Self::Futex { words, seen: 0, peers: args.case.uavs },
+            Carrier::Futex => Self::Futex { words, seen: 0, peers: args.case.answering() },
             _ => Self::Turns { words, seen: 0 },
         })
     }

@@ -44,7 +44,7 @@ pub(super) struct Peers {
 }
 
 impl Peers {
-    /// Starts a peer for each UAV of `case`, and one for the leader of a mesh; each writes its timestamps into `folder`.
+    /// Starts a peer for each UAV of `case`, and one for a leader; each writes its timestamps into `folder`.
     pub(super) fn start(
         case: &Case,
         domain: &Domain,
@@ -54,8 +54,8 @@ impl Peers {
         raise_open_files_limit()?;
         let mut peers =
             Self::prepare_all(case).map_err(BenchError::system("the transport cannot be opened"))?;
-        // The leader of a mesh is the peer without a number, and starts last because it has the last place.
-        let leader = peers.mesh.is_some().then_some(None);
+        // A leader is the peer without a number, and starts last because it has the last place.
+        let leader = case.has_leader().then_some(None);
         for member in (0..case.uavs).map(Some).chain(leader) {
             // Not the path of this program: an update may have replaced the file while the benchmark runs.
             let mut command = Command::new("/proc/self/exe");
