@@ -188,10 +188,9 @@ impl TickProbe for Measure {
         self.stamp(|tick, now_ns| tick.looked_ns = now_ns);
     }
 
-    fn answer_seen(&mut self, uav: UavId, tick: Tick, stamps: &Stamps) {
+    fn answer_seen(&mut self, uav: UavId, tick: Tick, stamps: &Stamps, seen_ns: u64) {
         if self.is_measuring() {
             let Stamps { woke_ns, read_ns, sent_ns, sending_ns } = *stamps;
-            let seen_ns = monotonic_ns();
             // The number comes from another process, so a wrong 0 must not panic here.
             let member = uav.0.saturating_sub(1);
             let step = StepRecord {

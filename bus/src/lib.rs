@@ -3,8 +3,8 @@
 //! The only crate that knows iceoryx2, futexes and shared memory.
 //!
 //! - [`domain`] is a run's place in shared memory, and [`report`] names the files that processes leave there.
-//! - [`services`] is the table of a run's services: a `blackboard` shows the values of the last ticks, the `journal`
-//!   carries everything to the log, and a `channel` carries rare messages.
+//! - [`services`] is the table of a run's services: a `blackboard` shows the values of the last ticks (`senses` is the
+//!   one with two payloads), the `journal` carries everything to the log, and a `channel` carries rare messages.
 //! - `gate` is the page at which all processes step through time, made of [`page`] and [`futex`]; `waker` and
 //!   `wait_strategy` are how they wait for it.
 //! - `member` is a process that takes part in a run, `answerer` one that answers ticks, and `observer` one that only
@@ -42,6 +42,7 @@ mod process;
 pub mod report;
 mod request;
 mod retry;
+mod senses;
 pub mod services;
 mod stamp;
 mod stop;
@@ -70,9 +71,10 @@ pub use placement::{Placement, PlacementError};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
 pub use process::{
     close_files_on_spawn, die_with, heeded, is_running, raise_open_files_limit, stop_self,
-    survive_file_size_limit,
+    survive_file_size_limit, without_restartable_sequences,
 };
 pub use request::{Answer, REFUSED};
+pub use senses::{SensesReader, SensesWriter};
 pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
 pub use stop::{StopFlag, SuspendFlag};

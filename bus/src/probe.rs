@@ -23,8 +23,8 @@ pub trait TickProbe {
     /// The process begins to look for answers; it may do so several times in a tick.
     fn collecting_answers(&mut self) {}
 
-    /// An answer of `uav` was read, to this tick or an earlier one.
-    fn answer_seen(&mut self, _uav: UavId, _tick: Tick, _stamps: &Stamps) {}
+    /// An answer of `uav` was read at `seen_ns`, to this tick or an earlier one.
+    fn answer_seen(&mut self, _uav: UavId, _tick: Tick, _stamps: &Stamps, _seen_ns: u64) {}
 
     /// All answers that had come were read.
     fn answers_collected(&mut self) {}

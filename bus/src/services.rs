@@ -12,8 +12,8 @@ use crate::{
 };
 use iceoryx2::{node::Node, prelude::ipc};
 use ringwing_flight::{
-    Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, Notes, Pace, Part, Payload,
-    Roster, Sensed, Traffic, UavId, UavState,
+    Account, Command, EventMessage, FormationError, LeaderState, LinkCounts, NearObstacles, Notes, OwnSenses,
+    Pace, Part, Payload, Roster, Traffic, UavId, UavState,
 };
 use ringwing_scenario::{Scenario, Wake};
 use std::{collections::BTreeMap, marker::PhantomData};
@@ -37,13 +37,18 @@ const STATE_READERS: usize = 40;
 /// Readers of a board beyond those that the swarm needs: room for several generations of readers that were killed and are
 /// not cleaned up yet. They cost the sender nothing, unlike the readers of a channel.
 const SPARE_BOARD_READERS: usize = 8;
-/// Where the keys of accounts begin on the board that they share with commands. Any number that is larger than the
-/// count of kept ticks will do.
-const ACCOUNT_KEYS: u32 = 0x100;
+/// Where the keys begin of a board that shares the service of another one. Any number that is larger than the count of kept
+/// ticks will do.
+const KEYS_BESIDE: u32 = 0x100;
 
-/// What `uav` senses, from the world, for its agent.
-pub fn sensed(uav: UavId, pace: Pace) -> Board<Sensed> {
+/// What `uav` senses of itself, from the world, for its agent.
+pub(crate) fn own_senses(uav: UavId, pace: Pace) -> Board<OwnSenses> {
     board(format!("uav/{}/sensed", uav.0), Part::World, 1, pace)
+}
+
+/// The obstacles that `uav` senses, for its agent: beside what it senses of itself, in the same service.
+pub(crate) fn near_obstacles(uav: UavId, pace: Pace) -> Board<NearObstacles> {
+    beside(own_senses(uav, pace))
 }
 
 /// Which other aircraft `uav` senses, from the world, for its agent.
@@ -63,8 +68,7 @@ pub fn command(uav: UavId, pace: Pace) -> Board<Command> {
 
 /// How `uav`'s commands came about, for the world's journal: beside the command, in the same service.
 pub fn account(uav: UavId, pace: Pace) -> Board<Account> {
-    let Board { name, sender, readers, kept, .. } = command(uav, pace);
-    Board { name, sender, readers, kept, first_key: ACCOUNT_KEYS, payload: PhantomData }
+    beside(command(uav, pace))
 }
 
 /// Where the leader is, for the agents of a swarm of `uavs` and the world.
@@ -118,6 +122,12 @@ pub fn formation_error() -> Channel<FormationError> {
 fn board<T: Payload>(name: String, sender: Part, readers: usize, pace: Pace) -> Board<T> {
     let readers = readers + SPARE_BOARD_READERS;
     Board { name, sender, readers, kept: kept_at(pace), first_key: 0, payload: PhantomData }
+}
+
+/// A second board in the service of the first.
+fn beside<T, U>(first: Board<T>) -> Board<U> {
+    let Board { name, sender, readers, kept, .. } = first;
+    Board { name, sender, readers, kept, first_key: KEYS_BESIDE, payload: PhantomData }
 }
 
 fn channel<T: Payload>(name: String, readers: usize, depth: usize) -> Channel<T> {
@@ -225,7 +235,10 @@ impl Services {
     ) -> Result<Vec<BoardFactory>, BusError> {
         let old = |index: usize| self.boards.get(&Part::World)?.get(index);
         let (uavs, pace) = (UavId::all(self.uavs), self.pace);
-        let sensed = uavs.clone().map(|uav| sensed(uav, pace).create(node, incarnation, old(uav.index())));
+        let sensed = uavs.clone().map(|uav| {
+            let obstacles = near_obstacles(uav, pace);
+            own_senses(uav, pace).create_with(&obstacles, node, incarnation, old(uav.index()))
+        });
         let first = self.uavs as usize;
         let filtering = uavs.filter(|_| self.has_traffic);
         let traffic =

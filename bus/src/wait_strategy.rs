@@ -119,7 +119,7 @@ impl WaitStrategy {
                     return false;
                 }
                 let outcome = yield_until(now_ns, policy.long_yield_ns, &condition);
-                policy.note(outcome, monotonic_ns());
+                policy.note(outcome);
                 outcome.held
             }
             // In real time a wait lasts most of a period. Yielding from its start would burn all of it; `stand_by`
@@ -212,13 +212,13 @@ impl YieldPolicy {
         now_ns >= self.pauses_until_ns
     }
 
-    /// Takes note of what yielding brought until `now_ns`.
+    /// Takes note of what yielding brought.
     ///
     /// A wait that was merely long says nothing about the next one, so it changes nothing: processes that stopped
     /// yielding after long waits would make all waits long. Only a lost time slice tells of a disturbance.
-    fn note(&mut self, outcome: YieldOutcome, now_ns: u64) {
+    fn note(&mut self, outcome: YieldOutcome) {
         if outcome.lost_slice {
-            self.pauses_until_ns = now_ns + self.pause_ns;
+            self.pauses_until_ns = outcome.ended_ns + self.pause_ns;
             self.pause_ns = (self.pause_ns * 2).min(PAUSE_MAX_NS);
         } else if outcome.held {
             self.pause_ns = PAUSE_MIN_NS;
@@ -233,6 +233,8 @@ struct YieldOutcome {
     held: bool,
     /// Whether a yield cost a time slice.
     lost_slice: bool,
+    /// When the last yield ended.
+    ended_ns: u64,
 }
 
 /// Yields until `condition` holds, a yield takes `long_yield_ns`, or it is time to sleep. It is `start_ns` now.
@@ -247,7 +249,7 @@ fn yield_until(start_ns: u64, long_yield_ns: u64, condition: impl Fn() -> bool) 
         // whole time.
         let is_enough = yields >= YIELDS_MIN && now_ns - start_ns >= YIELDING_MIN_NS;
         if held || lost_slice || is_enough {
-            return YieldOutcome { held, lost_slice };
+            return YieldOutcome { held, lost_slice, ended_ns: now_ns };
         }
         before_ns = now_ns;
     }
@@ -279,21 +281,29 @@ fn sleep_until(time: Duration) {
 mod tests {
     use super::*;
 
-    const LOST_SLICE: YieldOutcome = YieldOutcome { held: true, lost_slice: true };
-    const HELD: YieldOutcome = YieldOutcome { held: true, lost_slice: false };
-    const NOT_HELD: YieldOutcome = YieldOutcome { held: false, lost_slice: false };
+    const HELD: YieldOutcome = YieldOutcome { held: true, lost_slice: false, ended_ns: 0 };
+    const NOT_HELD: YieldOutcome = YieldOutcome { held: false, ..HELD };
+
+    fn lost_slice(ended_ns: u64) -> YieldOutcome {
+        YieldOutcome { lost_slice: true, ended_ns, ..HELD }
+    }
+
+    /// Without the time.
+    fn told(outcome: YieldOutcome) -> YieldOutcome {
+        YieldOutcome { ended_ns: 0, ..outcome }
+    }
 
     #[test]
     fn a_long_wait_does_not_keep_the_next_one_from_yielding() {
         let mut policy = YieldPolicy::new(1);
-        (0..100).for_each(|now_ns| policy.note(NOT_HELD, now_ns));
+        (0..100).for_each(|ended_ns| policy.note(YieldOutcome { ended_ns, ..NOT_HELD }));
         assert!(policy.pays_at(100));
     }
 
     #[test]
     fn after_a_lost_time_slice_a_process_yields_again_within_a_millisecond() {
         let mut policy = YieldPolicy::new(1);
-        policy.note(LOST_SLICE, 50);
+        policy.note(lost_slice(50));
         assert!(!policy.pays_at(50) && !policy.pays_at(49 + PAUSE_MIN_NS));
         assert!(policy.pays_at(50 + PAUSE_MIN_NS));
     }
@@ -302,13 +312,13 @@ mod tests {
     fn lasting_disturbances_make_the_pauses_longer_and_one_good_yield_makes_them_short_again() {
         let mut policy = YieldPolicy::new(1);
         for pause_ns in [1, 2, 4, 8].map(|factor| factor * PAUSE_MIN_NS) {
-            policy.note(LOST_SLICE, 0);
+            policy.note(lost_slice(0));
             assert!(!policy.pays_at(pause_ns - 1) && policy.pays_at(pause_ns));
         }
-        (0..100).for_each(|_| policy.note(LOST_SLICE, 0));
+        (0..100).for_each(|_| policy.note(lost_slice(0)));
         assert!(policy.pays_at(PAUSE_MAX_NS));
-        policy.note(HELD, 0);
-        policy.note(LOST_SLICE, 0);
+        policy.note(HELD);
+        policy.note(lost_slice(0));
         assert!(policy.pays_at(PAUSE_MIN_NS));
     }
 
@@ -319,14 +329,14 @@ mod tests {
             checks.set(checks.get() + 1);
             false
         });
-        assert_eq!(outcome, NOT_HELD);
+        assert_eq!(told(outcome), NOT_HELD);
         assert!(checks.get() >= YIELDS_MIN && monotonic_ns() - start_ns >= YIELDING_MIN_NS);
     }
 
     #[test]
     fn a_yield_that_takes_too_long_has_lost_a_time_slice() {
-        assert_eq!(yield_until(monotonic_ns(), 0, || true), LOST_SLICE);
-        assert_eq!(yield_until(monotonic_ns(), u64::MAX, || true), HELD);
+        assert_eq!(told(yield_until(monotonic_ns(), 0, || true)), lost_slice(0));
+        assert_eq!(told(yield_until(monotonic_ns(), u64::MAX, || true)), HELD);
     }
 
     #[test]

@@ -48,8 +48,8 @@ pub use path::{LeaderPath, PathMotion, TrackPoint, Turn, WaypointError};
 pub use payload::{
     Account, AgeTicks, Aircraft, AircraftId, Avoided, Command, EventMessage, FailsafePath, FlightMode,
     FormationError, JournalEntry, JournalHeader, LeaderState, LinkCounts, LinkSource, LoiterRates,
-    MAX_NOTE_NAME, MAX_NOTES, NoteRefusal, Notes, Payload, Roster, Rumour, Sensed, SensedAircraft,
-    SensedObstacle, TickTiming, Traffic, Truth, UavState,
+    MAX_NOTE_NAME, MAX_NOTES, NearObstacles, NoteRefusal, Notes, OwnSenses, Payload, Roster, Rumour, Sensed,
+    SensedAircraft, SensedObstacle, TickTiming, Traffic, Truth, UavState,
 };
 pub use process_state::ProcessState;
 pub use report::{Collision, Latency, WorldReport};

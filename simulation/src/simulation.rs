@@ -311,14 +311,16 @@ impl Simulation {
 
     fn publish_sensed(&mut self) {
         self.sensed.fill(None);
-        for Sensing { sensed, traffic, truth } in self.airspace.open_tick() {
+        let Self { airspace, air, sensed: last, truths, .. } = self;
+        airspace.open_tick(|Sensing { sensed, traffic, truth }| {
+            let index = sensed.uav.index();
             if let Some(traffic) = traffic {
-                self.air.traffic[sensed.uav.index()].push(traffic);
+                air.traffic[index].push(*traffic);
             }
-            self.air.sensed[sensed.uav.index()].push(sensed);
-            self.sensed[sensed.uav.index()] = Some(sensed);
-            self.truths[sensed.uav.index()] = truth;
-        }
+            air.sensed[index].push(*sensed);
+            last[index] = Some(*sensed);
+            truths[index] = *truth;
+        });
     }
 
     /// Lets the leader answer `tick`, if it runs and has not answered it yet.

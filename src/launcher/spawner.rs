@@ -4,7 +4,7 @@
 
 use super::{LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper};
 use ringwing_bench::MeasureArgs;
-use ringwing_bus::{DomainId, close_files_on_spawn};
+use ringwing_bus::{DomainId, close_files_on_spawn, without_restartable_sequences};
 use ringwing_flight::{Part, UavId};
 use ringwing_programs::UNBUFFERED;
 use ringwing_scenario::AgentSection;
@@ -78,6 +78,8 @@ impl<'a> Spawner<'a> {
         } else {
             command.args(self.plan.lock_memory.then_some("--lock-memory")).args(arguments);
         }
+        let (variable, value) = without_restartable_sequences();
+        command.env(variable, value);
         // Before each spawn, because the launcher opens more files as it replaces processes.
         close_files_on_spawn();
         let child = self.plan.placement.start(part.index(), || command.spawn());

@@ -18,11 +18,10 @@
 //!
 //! Never knows processes, services or clocks: the same commands give the same flight and the same hash, to the bit.
 
-use crate::{Refusal, Sky};
+use crate::{Refusal, Sky, flight_hash::FlightHash};
 use ringwing_flight::{Collision, Command, Event, Sensed, Tick, Traffic, Truth, UavId, WorldReport};
 use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
 use std::collections::BTreeSet;
-use xxhash_rust::xxh3::Xxh3;
 
 /// The sky, and the account of the flight through it.
 #[derive(Clone)]
@@ -34,7 +33,7 @@ pub struct Airspace {
     not_finite: BTreeSet<UavId>,
     /// What the answers of the tick that ended last say.
     news: Vec<Event>,
-    hash: Xxh3,
+    hash: FlightHash,
     collisions: Vec<Collision>,
     failsafes: u32,
     refused_commands: u64,
@@ -47,13 +46,13 @@ pub struct Airspace {
 
 /// What one UAV senses in a tick, to be sent to its agent, and what only the log is told of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensing {
+pub struct Sensing<'a> {
     /// Itself and the obstacles near it.
-    pub sensed: Sensed,
+    pub sensed: &'a Sensed,
     /// The other aircraft near it, if it has a collision filter.
-    pub traffic: Option<Traffic>,
+    pub traffic: Option<&'a Traffic>,
     /// How it truly flies. Nobody senses it.
-    pub truth: Truth,
+    pub truth: &'a Truth,
 }
 
 /// How many airframes fly through a tick on a command of that tick, and how many on an older one.
@@ -74,7 +73,7 @@ impl Airspace {
             sky,
             not_finite: BTreeSet::new(),
             news: Vec::new(),
-            hash: Xxh3::new(),
+            hash: FlightHash::new(),
             collisions: Vec::new(),
             failsafes: 0,
             refused_commands: 0,
@@ -106,21 +105,26 @@ impl Airspace {
         self.now() >= self.last_tick
     }
 
-    /// What each UAV in the sky senses, UAV 1 first, to be sent to its agent: itself, and the traffic if it has a collision
-    /// filter. Each one is hashed when it is taken from the iterator, so take all of them, once a tick.
-    pub fn open_tick(&mut self) -> impl Iterator<Item = Sensing> {
-        // Borrow the two apart: the iterator reads the sky while it updates the hash.
+    /// Hands over what each UAV in the sky senses, UAV 1 first, to be sent to its agent: itself, and the traffic if it has a
+    /// collision filter. To be called once a tick, because all of it becomes part of the hash.
+    pub fn open_tick(&mut self, mut publish: impl FnMut(Sensing<'_>)) {
+        // By reference, because each of these is as large as several cache lines, and large swarms have many.
         let Self { sky, hash, .. } = self;
-        let sky = &*sky;
-        sky.airframes().iter().filter_map(|airframe| {
-            let sensed = sky.senses(airframe.uav())?;
-            sensed.for_hashed_bytes(|bytes| hash.update(bytes));
+        for airframe in sky.airframes() {
+            let Some(sensed) = sky.senses(airframe.uav()) else { continue };
             let traffic = sky.traffic(airframe.uav());
+            publish(Sensing { sensed: &sensed, traffic: traffic.as_ref(), truth: &airframe.truth() });
+            sensed.for_hashed_bytes(|bytes| hash.take(bytes));
             if let Some(traffic) = &traffic {
-                hash.update(bytemuck::bytes_of(traffic));
+                hash.take(bytemuck::bytes_of(traffic));
             }
-            Some(Sensing { sensed, traffic, truth: airframe.truth() })
-        })
+        }
+    }
+
+    /// Hashes what was sensed and answered so far. Not calling it changes nothing but when that work is done: a process
+    /// does it while it would wait anyway.
+    pub fn catch_up(&mut self) {
+        self.hash.catch_up();
     }
 
     /// Replaces the faults of airframes, those of the scenario included.
@@ -145,7 +149,7 @@ impl Airspace {
     pub fn end_tick(&mut self) -> CommandCounts {
         // In the order of UAVs, not of arrival: the hash must not depend on scheduling.
         for command in self.answers.iter_mut().filter_map(Option::take) {
-            self.hash.update(bytemuck::bytes_of(&command));
+            self.hash.take(bytemuck::bytes_of(&command));
             // Once in a flight: a controller that is broken may do it in every tick.
             if command.is_not_finite() && self.not_finite.insert(command.uav) {
                 self.news.push(Event::WishNotFinite { uav: command.uav });
@@ -197,7 +201,7 @@ impl Airspace {
             // Before the first tick ends, `flown` is a tick that does not exist.
             last_tick: self.flown.0.max(Tick::APPROACH.0),
             complete: self.is_over(),
-            payload_hash: format!("{:032x}", self.hash.digest128()),
+            payload_hash: self.hash.digits(),
             collisions: self.collisions.clone(),
             failsafes: self.failsafes,
             refused_commands: self.refused_commands,
@@ -259,9 +263,10 @@ mod tests {
     #[test]
     fn the_hash_is_that_of_senses_and_answers_in_the_order_of_the_uavs() {
         let mut airspace = airspace();
-        let mut expected = Xxh3::new();
+        let mut expected = xxhash_rust::xxh3::Xxh3::new();
         for _ in 0..2 {
-            let sensed: Vec<Sensed> = airspace.open_tick().map(|sensing| sensing.sensed).collect();
+            let mut sensed: Vec<Sensed> = Vec::new();
+            airspace.open_tick(|sensing| sensed.push(*sensing.sensed));
             for one in &sensed {
                 // No obstacle moves here, and no reading is old: neither is hashed.
                 let bytes = bytemuck::bytes_of(one);
@@ -328,7 +333,7 @@ mod tests {
             airspace.end_tick();
             airspace.step();
         }
-        assert_eq!(airspace.open_tick().count(), 0);
+        airspace.open_tick(|sensing| panic!("{sensing:?}"));
         let before = hash(&airspace);
         let command = command(1, airspace.now());
         assert_eq!(airspace.take(UavId(1), &command), Err(Refusal::Vanished));

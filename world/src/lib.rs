@@ -14,6 +14,7 @@ pub mod airframe;
 pub mod airspace;
 mod collisions;
 mod encounters;
+mod flight_hash;
 mod intruder;
 mod obstacle;
 pub mod process;

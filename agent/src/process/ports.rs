@@ -9,7 +9,8 @@ use crate::{
     uav_agent::Answer,
 };
 use ringwing_bus::{
-    Ballast, BoardReader, BoardWriter, BusError, Gate, Member, Publisher, Stamps, monotonic_ns, services,
+    Ballast, BoardReader, BoardWriter, BusError, Gate, Member, Publisher, SensesReader, Stamps, monotonic_ns,
+    services,
 };
 use ringwing_flight::{
     Account, Command, LeaderState, LinkCounts, Notes, Pace, Sensed, Tick, Traffic, UavId, UavState,
@@ -50,7 +51,7 @@ enum NotesPort {
 struct InputPorts<'m> {
     member: &'m Member,
     pace: Pace,
-    sensed: BoardReader<Sensed>,
+    sensed: SensesReader,
     /// `None` without a collision filter.
     traffic: Option<BoardReader<Traffic>>,
     /// One for each UAV that is listened to.
@@ -186,7 +187,7 @@ impl<'m> InputPorts<'m> {
         Ok(Self {
             member,
             pace,
-            sensed: services::sensed(uav, pace).reader(boards)?,
+            sensed: SensesReader::open(boards, uav, pace)?,
             traffic: scenario.control.collision_filter.then(traffic).transpose()?,
             states: listened.iter().map(state).collect::<Result<_, BusError>>()?,
             leader: services::leader(uavs, pace).reader(boards)?,
@@ -198,7 +199,8 @@ impl Inputs for InputPorts<'_> {
     type Error = BusError;
 
     fn sensed(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Sensed>) -> Result<(), BusError> {
-        self.sensed.read_newest(self.member.boards(), ticks, |sample, _| take(sample)).map(drop)
+        self.sensed.read(ticks, take);
+        Ok(())
     }
 
     fn traffic(&mut self, ticks: RangeInclusive<Tick>, take: &mut Take<Traffic>) -> Result<(), BusError> {

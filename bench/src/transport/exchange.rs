@@ -3,7 +3,7 @@
 //! Must never send or receive anything.
 
 use crate::case::Case;
-use ringwing_flight::{Command, LeaderState, Sensed, UavState};
+use ringwing_flight::{Command, LeaderState, OwnSenses, UavState};
 
 /// The first tick of a run.
 pub(super) const FIRST: i64 = 0;
@@ -22,12 +22,13 @@ pub(crate) struct MessageSizes {
 impl MessageSizes {
     /// Between the hub and a peer: everything that an agent reads in a tick, and everything that it sends.
     ///
-    /// As in a swarm without a recorder, whose agents send no account.
+    /// As in a swarm without a recorder, whose agents send no account, and without obstacles, of which an agent reads only
+    /// where there are some.
     pub(crate) fn hub_to_peer(case: &Case) -> Self {
         let payload = case.payload_bytes as usize;
         let neighbours = 2 * size_of::<UavState>();
         Self {
-            outgoing: size_of::<Sensed>() + size_of::<LeaderState>() + neighbours + payload,
+            outgoing: size_of::<OwnSenses>() + size_of::<LeaderState>() + neighbours + payload,
             incoming: size_of::<UavState>() + size_of::<Command>() + payload,
         }
     }
@@ -37,7 +38,7 @@ impl MessageSizes {
     /// Extra bytes go this way only, as in the swarm.
     pub(super) fn world_to_agent(case: &Case) -> Self {
         let payload = case.payload_bytes as usize;
-        Self { outgoing: size_of::<Sensed>() + payload, incoming: size_of::<Command>() + payload }
+        Self { outgoing: size_of::<OwnSenses>() + payload, incoming: size_of::<Command>() + payload }
     }
 
     /// Between the world of a mesh and the leader: the tick alone, and the state that answers it.
@@ -105,10 +106,10 @@ mod tests {
     #[test]
     fn a_peer_reads_and_sends_as_many_bytes_as_an_agent() {
         // As literals, so that a changed message has to be noticed here: earlier figures then do not compare any more.
-        // Read: sensed 456, leader 48, two neighbours of 120 each. Sent: state 120, command 32.
-        assert_eq!(MessageSizes::hub_to_peer(&CASE), MessageSizes { outgoing: 1744, incoming: 1152 });
+        // Read: own senses 72, leader 48, two neighbours of 120 each. Sent: state 120, command 32.
+        assert_eq!(MessageSizes::hub_to_peer(&CASE), MessageSizes { outgoing: 1360, incoming: 1152 });
         let bare = Case { payload_bytes: 0, ..CASE };
-        assert_eq!(MessageSizes::hub_to_peer(&bare), MessageSizes { outgoing: 744, incoming: 152 });
+        assert_eq!(MessageSizes::hub_to_peer(&bare), MessageSizes { outgoing: 360, incoming: 152 });
     }
 
     #[test]

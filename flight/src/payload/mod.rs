@@ -29,7 +29,7 @@ pub use leader::LeaderState;
 pub use links::{LinkCounts, LinkSource};
 pub use notes::{MAX_NOTE_NAME, MAX_NOTES, NoteRefusal, Notes};
 pub use roster::{MAX_UAVS, Roster};
-pub use sensed::{FlightMode, MAX_SENSED_OBSTACLES, Sensed, SensedObstacle};
+pub use sensed::{FlightMode, MAX_SENSED_OBSTACLES, NearObstacles, OwnSenses, Sensed, SensedObstacle};
 pub use state::{RUMOURS, Rumour, UavState};
 pub use timing::{FormationError, TickTiming};
 pub use traffic::{Aircraft, AircraftId, MAX_SENSED_AIRCRAFT, SensedAircraft, Traffic};
@@ -57,7 +57,8 @@ macro_rules! payloads {
 payloads! {
     LeaderState: "LeaderState.v1", 48;
     UavState: "UavState.v2", 120;
-    Sensed: "Sensed.v3", 456;
+    OwnSenses: "OwnSenses.v1", 72;
+    NearObstacles: "NearObstacles.v1", 384;
     Traffic: "Traffic.v1", 408;
     Command: "Command.v4", 32;
     Account: "Account.v5", 248;

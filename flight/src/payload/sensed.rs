@@ -58,6 +58,10 @@ pub struct SensedObstacle {
 }
 
 impl SensedObstacle {
+    /// What stands in the place of an obstacle where there is none.
+    const NONE: Self =
+        Self { position_m: [0.0; 2], radius_m: 0.0, braking_distance_m: 0.0, velocity_m_s: [0.0; 2] };
+
     /// The bytes that a hash of the flight covers: those of the velocity only if it moves, so that flights past obstacles
     /// that stand keep the hashes from before there were others.
     pub fn hashed_bytes(&self) -> &[u8] {
@@ -98,7 +102,82 @@ pub struct Sensed {
     pub heading_age_ticks: u32,
 }
 
+/// A [`Sensed`] without its obstacles: what a UAV senses in every tick, wherever it is.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct OwnSenses {
+    /// See [`Sensed::tick`].
+    pub tick: Tick,
+    /// See [`Sensed::position_m`].
+    pub position_m: [f64; 2],
+    /// See [`Sensed::heading_rad`].
+    pub heading_rad: f64,
+    /// See [`Sensed::speed_m_s`].
+    pub speed_m_s: f64,
+    /// See [`Sensed::turn_rate_rad_s`].
+    pub turn_rate_rad_s: f64,
+    /// See [`Sensed::uav`].
+    pub uav: UavId,
+    /// See [`Sensed::mode`].
+    pub mode: FlightMode,
+    /// See [`Sensed::obstacle_count`].
+    pub obstacle_count: u32,
+    /// See [`Sensed::obstacles_omitted`].
+    pub obstacles_omitted: u32,
+    /// See [`Sensed::position_age_ticks`].
+    pub position_age_ticks: u32,
+    /// See [`Sensed::heading_age_ticks`].
+    pub heading_age_ticks: u32,
+}
+
+/// The obstacles of a [`Sensed`].
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[repr(transparent)]
+pub struct NearObstacles(pub [SensedObstacle; MAX_SENSED_OBSTACLES]);
+
+impl NearObstacles {
+    /// No obstacle.
+    pub const NONE: Self = Self([SensedObstacle::NONE; MAX_SENSED_OBSTACLES]);
+}
+
+impl OwnSenses {
+    /// The whole, with these obstacles.
+    pub fn beside(&self, obstacles: &NearObstacles) -> Sensed {
+        Sensed {
+            tick: self.tick,
+            position_m: self.position_m,
+            heading_rad: self.heading_rad,
+            speed_m_s: self.speed_m_s,
+            turn_rate_rad_s: self.turn_rate_rad_s,
+            uav: self.uav,
+            mode: self.mode,
+            obstacle_count: self.obstacle_count,
+            obstacles_omitted: self.obstacles_omitted,
+            obstacles: obstacles.0,
+            position_age_ticks: self.position_age_ticks,
+            heading_age_ticks: self.heading_age_ticks,
+        }
+    }
+}
+
 impl Sensed {
+    /// What it says of the UAV itself.
+    pub fn own(&self) -> OwnSenses {
+        OwnSenses {
+            tick: self.tick,
+            position_m: self.position_m,
+            heading_rad: self.heading_rad,
+            speed_m_s: self.speed_m_s,
+            turn_rate_rad_s: self.turn_rate_rad_s,
+            uav: self.uav,
+            mode: self.mode,
+            obstacle_count: self.obstacle_count,
+            obstacles_omitted: self.obstacles_omitted,
+            position_age_ticks: self.position_age_ticks,
+            heading_age_ticks: self.heading_age_ticks,
+        }
+    }
+
     /// Passes on the bytes that a hash of the flight covers, in order.
     pub fn for_hashed_bytes(&self, mut update: impl FnMut(&[u8])) {
         // `obstacles` and the ages have to stay the last fields: the hash would miss one that follows them.

@@ -4,12 +4,11 @@
 
 use super::journal::Journal;
 use ringwing_bus::{
-    Ballast, BoardAccess, BoardReader, BoardWriter, BusError, Due, Gate, Member, Publisher, Stamps, StopFlag,
-    Subscriber, Waker, failed_connections, services,
+    Ballast, BoardAccess, BoardReader, BoardWriter, BusError, Due, Gate, Member, Publisher, SensesWriter,
+    Stamps, StopFlag, Subscriber, Waker, failed_connections, services,
 };
 use ringwing_flight::{
-    Account, Command, Event, EventMessage, LeaderState, Pace, Part, Roster, Sensed, Tick, TimedEvent,
-    Traffic, UavId,
+    Account, Command, Event, EventMessage, LeaderState, Pace, Part, Roster, Tick, TimedEvent, Traffic, UavId,
 };
 use std::time::Duration;
 
@@ -17,7 +16,7 @@ use std::time::Duration;
 pub(super) struct Ports<'m> {
     member: &'m Member,
     /// One of each UAV, UAV 1 first.
-    pub(super) sensed: Vec<BoardWriter<Sensed>>,
+    pub(super) sensed: Vec<SensesWriter>,
     /// One of each UAV if they have collision filters, else empty.
     pub(super) traffic: Vec<BoardWriter<Traffic>>,
     /// One of each UAV, UAV 1 first.
@@ -68,7 +67,7 @@ impl<'m> Ports<'m> {
             member,
             sensed: uavs
                 .clone()
-                .map(|uav| services::sensed(uav, pace).writer(boards))
+                .map(|uav| SensesWriter::open(boards, uav, pace))
                 .collect::<Result<_, _>>()?,
             traffic: filtering
                 .map(|uav| services::traffic(uav, pace).writer(boards))

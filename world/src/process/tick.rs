@@ -11,6 +11,13 @@ use ringwing_bus::{BusError, Lateness, PacedTick, Stamps, TickProbe, monotonic_n
 use ringwing_flight::{Command, Event, Tick, TickTiming, UavId};
 use std::{hint::black_box, thread};
 
+/// A command that the world has read, and when.
+struct SeenAnswer {
+    command: Command,
+    stamps: Stamps,
+    seen_ns: u64,
+}
+
 impl<P: TickProbe> World<'_, P> {
     pub(super) fn fly_tick(&mut self) -> Result<(), BusError> {
         self.open_tick()?;
@@ -29,13 +36,14 @@ impl<P: TickProbe> World<'_, P> {
         let stamps = Stamps { woke_ns: opened_ns, read_ns: opened_ns, sent_ns: opened_ns, sending_ns: 0 };
         self.refresh_faults()?;
         self.ports.begin_journal(now);
-        for Sensing { sensed, traffic, truth } in self.airspace.open_tick() {
+        let ports = &mut self.ports;
+        self.airspace.open_tick(|Sensing { sensed, traffic, truth }| {
             if let Some(traffic) = traffic {
-                self.ports.traffic[sensed.uav.index()].post(now, traffic, stamps);
+                ports.traffic[sensed.uav.index()].post(now, *traffic, stamps);
             }
-            self.ports.sensed[sensed.uav.index()].post(now, sensed, stamps);
-            self.ports.journal.note_sensed(&sensed, &truth);
-        }
+            ports.sensed[sensed.uav.index()].post(sensed, stamps);
+            ports.journal.note_sensed(sensed, truth);
+        });
         self.ports.ballast.iter().try_for_each(|ballast| ballast.send(now))?;
         // Read the roster as late as possible, so that the tick does not wait for a process that has just ended.
         self.refresh_roster()?;
@@ -45,7 +53,8 @@ impl<P: TickProbe> World<'_, P> {
             self.ports.gate.set_due(deadlines.due());
         }
         self.ports.open_tick(now, self.answers.expected())?;
-        // The tick before is for the log only, and the agents have work now.
+        // The agents have work now. What nobody waits for was put off until here.
+        self.airspace.catch_up();
         self.ports.journal.send()
     }
 
@@ -104,8 +113,8 @@ impl<P: TickProbe> World<'_, P> {
         self.probe.collecting_answers();
         let now = self.airspace.now();
         for uav in self.answers.uavs() {
-            if let Some((command, stamps)) = self.newest_command(uav, now)? {
-                self.take(uav, &command, &stamps);
+            if let Some(answer) = self.newest_answer(uav, now)? {
+                self.take(uav, &answer);
             }
         }
         for ballast in &self.ports.ballast {
@@ -117,21 +126,23 @@ impl<P: TickProbe> World<'_, P> {
     }
 
     /// The newest command of `uav`'s agent up to that of `now`, if it was not read yet.
-    fn newest_command(&mut self, uav: UavId, now: Tick) -> Result<Option<(Command, Stamps)>, BusError> {
+    fn newest_answer(&mut self, uav: UavId, now: Tick) -> Result<Option<SeenAnswer>, BusError> {
         let Self { ports, probe, .. } = self;
         let mut newest = None;
         ports.read_commands(uav, now, |command, stamps| {
-            newest = Some((*command, *stamps));
-            probe.answer_seen(uav, command.tick, stamps);
+            // Read once for everybody who wants to know: large swarms give hundreds of answers in a tick.
+            let seen_ns = monotonic_ns();
+            probe.answer_seen(uav, command.tick, stamps, seen_ns);
+            newest = Some(SeenAnswer { command: *command, stamps: *stamps, seen_ns });
         })?;
         Ok(newest)
     }
 
-    fn take(&mut self, from: UavId, command: &Command, stamps: &Stamps) {
+    fn take(&mut self, from: UavId, answer: &SeenAnswer) {
         // A foreign command is no answer of this agent, and its number may be outside the swarm: it comes from shared
         // memory.
-        if self.airspace.take(from, command) != Err(Refusal::NotItsOwn) {
-            self.answers.note(command, stamps, monotonic_ns());
+        if self.airspace.take(from, &answer.command) != Err(Refusal::NotItsOwn) {
+            self.answers.note(&answer.command, &answer.stamps, answer.seen_ns);
         }
     }
 
@@ -163,7 +174,7 @@ fn rehearse(airspace: &Airspace) {
     let mut rehearsal = airspace.clone();
     rehearsal.end_tick();
     black_box(rehearsal.step());
-    for senses in rehearsal.open_tick() {
+    rehearsal.open_tick(|senses| {
         black_box(senses);
-    }
+    });
 }
