@@ -170,7 +170,7 @@ fn a_loss_during_a_manoeuvre_and_a_return_after_it_are_healed() {
 
 /// The figures of ARCHITECTURE.md: `cargo test --release -p ringwing-simulation -- --ignored --nocapture of_the_shapes`.
 #[test]
-#[ignore = "flies for half an hour"]
+#[ignore = "flies for some minutes"]
 fn figures_of_the_shapes() {
     for setting in ["collision_filter=true", "collision_filter=false", "law=paper"] {
         for uavs in [6, 12] {
