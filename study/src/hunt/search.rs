@@ -2,10 +2,13 @@
 //!
 //! A population begins with random candidates. Then each generation descends from the worst flights of its population:
 //! a child takes genes of one or two of them and changes some, by steps of every size, or moves all faults together in
-//! time. Some candidates of every generation are random. A population whose generations find nothing worse is given up
-//! for another one. This is a (mu + lambda) strategy with restarts (Beyer and Schwefel, *Evolution strategies*, 2002).
-//! It adapts no size of steps, because one budget has numbers that are coarse, such as a target, beside others that have
-//! to hit a tenth of a second.
+//! time. A population whose generations find nothing worse is given up for another one. This is a (mu + lambda) strategy
+//! with restarts (Beyer and Schwefel, *Evolution strategies*, 2002). It adapts no size of steps, because one budget has
+//! numbers that are coarse, such as a target, beside others that have to hit a tenth of a second.
+//!
+//! Some candidates of every generation are random: most of them until one flight stands out, few from then on. In many
+//! hunts nearly all flights are about equally bad, because what happens in them anyway decides, and small changes of such
+//! flights lead nowhere.
 //!
 //! Never flies anything. What a candidate is depends on the seed, its number and the flights of earlier generations, so
 //! neither the order in which flights land nor the number of threads changes it.
@@ -20,14 +23,23 @@ use ringwing_flight::draw::Draws;
 /// flights to improve on them.
 const SCOUTS: usize = 32;
 /// Flights of a population that have children. Fewer get stuck earlier; more take longer to improve.
-const PARENTS: usize = 6;
+const PARENTS: usize = 3;
 /// Children of a generation. More use more threads, and learn later from what was flown.
 const CHILDREN: usize = 16;
 /// Generations without progress after which a population is given up. More search longer where there is nothing.
 const STALE_GENERATIONS: usize = 5;
-/// Share of random candidates among the later generations. Fewer rarely leave a region that is not the worst; more are
-/// closer to random search.
+/// Share of random candidates among the later generations once a flight stands out. Fewer rarely leave a region that is not
+/// the worst; more are closer to random search.
 const RANDOM: f64 = 0.2;
+/// The same share until then. Fewer improve on flights that are bad for another reason than their faults; more find a flight
+/// later that can be reached by small steps only.
+const RANDOM_BEFORE: f64 = 0.8;
+/// How many of the worst flights by chance do not count among the usual ones. Fewer let one lucky flight hide another; more
+/// count flights as unusual that are not.
+const UNUSUAL: usize = 5;
+/// A flight stands out if it is this much farther from the usual flights than the worst of those are from their median. With
+/// less, nearly every population begins with a flight that stands out; with more, small steps begin too late.
+const STANDS_OUT: f64 = 0.5;
 /// Share of children whose faults all move by the same time. Fewer lose what two faults do together, because a fault
 /// that moves alone destroys it; more leave fewer children that try anything else.
 const MOVED_TOGETHER: f64 = 0.2;
@@ -70,7 +82,11 @@ pub struct Search {
     /// Number of the first candidate of the generation.
     first: u64,
     generation: Vec<Candidate>,
+    /// Which candidates of the generation are random.
+    is_random: Vec<bool>,
     landed: Vec<Option<Badness>>,
+    /// How bad the random candidates of all populations were.
+    by_chance: Vec<Badness>,
     /// The worst flights of the population, the worst first.
     parents: Vec<Flown>,
     /// Generations since the population last found something worse.
@@ -89,7 +105,9 @@ impl Search {
             shapes,
             first: 0,
             generation: Vec::new(),
+            is_random: Vec::new(),
             landed: Vec::new(),
+            by_chance: Vec::new(),
             parents: Vec::new(),
             stale: 0,
             populations: 0,
@@ -107,7 +125,9 @@ impl Search {
             self.populations += 1;
         }
         let count = if is_new { SCOUTS } else { CHILDREN }.min(most as usize);
-        self.generation = (0..count as u64).map(|place| self.candidate(self.first + place)).collect();
+        let random = if self.stands_out() { RANDOM } else { RANDOM_BEFORE };
+        let candidates = (self.first..).take(count).map(|number| self.candidate(number, random));
+        (self.generation, self.is_random) = candidates.unzip();
         self.landed = vec![None; count];
     }
 
@@ -155,8 +175,10 @@ impl Search {
         let generation =
             std::mem::take(&mut self.generation).into_iter().zip(std::mem::take(&mut self.landed));
         let count = generation.len() as u64;
-        for (number, (candidate, badness)) in (self.first..).zip(generation) {
+        let is_random = std::mem::take(&mut self.is_random);
+        for ((number, (candidate, badness)), is_random) in (self.first..).zip(generation).zip(is_random) {
             let badness = badness.expect("all flights of a generation have landed");
+            self.by_chance.extend(is_random.then_some(badness));
             self.parents.push(Flown { number, candidate, badness });
         }
         self.first += count;
@@ -165,15 +187,36 @@ impl Search {
             .sort_by(|one, other| other.badness.partial_cmp(&one.badness).expect("no badness is NaN"));
         self.parents.truncate(if self.strategy == Strategy::Random { 0 } else { PARENTS });
         let is_worse = self.parents.first().map(|parent| parent.badness) > before;
-        self.stale = if is_worse { 0 } else { self.stale + 1 };
+        // Until a flight stands out, there is no region yet to be given up.
+        self.stale = if is_worse || !self.stands_out() { 0 } else { self.stale + 1 };
     }
 
-    /// The candidate of flight `number`.
-    fn candidate(&self, number: u64) -> Candidate {
+    /// Whether the worst flight of the population is far worse than most flights by chance.
+    fn stands_out(&self) -> bool {
+        let Some(Flown { badness: Badness::Of(worst), .. }) = self.parents.first() else { return false };
+        // Flights that say nothing about the goal are no measure of what is usual.
+        let said = |badness: &Badness| if let Badness::Of(value) = *badness { Some(value) } else { None };
+        let mut by_chance: Vec<f64> = self.by_chance.iter().filter_map(said).collect();
+        by_chance.sort_by(|one, other| other.total_cmp(one));
+        let median = by_chance.get(by_chance.len() / 2);
+        // Too few to tell what is usual: then any flight that says something is worth following.
+        by_chance
+            .get(UNUSUAL)
+            .zip(median)
+            .is_none_or(|(usual, median)| worst - usual > STANDS_OUT * (usual - median))
+    }
+
+    /// The candidate of flight `number`, and whether it is random, as the share `random` of candidates is.
+    fn candidate(&self, number: u64, random: f64) -> (Candidate, bool) {
         let mut dice = Dice(Draws::new(self.seed, PURPOSE, number));
-        if self.parents.is_empty() || dice.0.uniform() < RANDOM {
-            return self.shapes.iter().map(|_| dice.gene()).collect();
+        if self.parents.is_empty() || dice.0.uniform() < random {
+            return (self.shapes.iter().map(|_| dice.gene()).collect(), true);
         }
+        (self.child(&mut dice), false)
+    }
+
+    /// A descendant of the worst flights of the population.
+    fn child(&self, dice: &mut Dice) -> Candidate {
         let mut child = dice.parent(&self.parents).clone();
         if dice.0.uniform() < MOVED_TOGETHER {
             dice.move_together(&mut child);
@@ -325,9 +368,33 @@ mod tests {
 
     #[test]
     fn a_population_without_progress_is_given_up_and_the_worst_flight_stays() {
-        let (_, search) = searched(Strategy::Evolution, 1, 500, |_| Badness::Of(1.0));
-        assert!(search.populations() > 3, "{}", search.populations());
+        // Every flight of a rare kind is as bad as every other one of it.
+        let rare = |candidate: &Candidate| Badness::Of(if candidate[0].target < 0.01 { 1.0 } else { 0.0 });
+        let (_, search) = searched(Strategy::Evolution, 1, 500, rare);
+        assert!(search.populations() > 1, "{}", search.populations());
+        let worst = search.worst().unwrap();
+        assert!(worst.badness == Badness::Of(1.0) && worst.candidate[0].target < 0.01);
+    }
+
+    #[test]
+    fn where_no_flight_stands_out_most_candidates_are_random() {
+        let (all, search) = searched(Strategy::Evolution, 1, 500, |_| Badness::Of(1.0));
         let worst = search.worst().unwrap();
         assert_eq!((worst.number, search.since_worst()), (0, 499), "the first of equals");
+        assert_eq!(search.populations(), 1);
+        // A descendant has most numbers of its parent, and a random candidate has none of any other.
+        let mut times: Vec<f64> = all.iter().map(|candidate| candidate[1].time).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        assert!(times.len() > 430, "{}", times.len());
+    }
+
+    #[test]
+    fn flights_that_say_nothing_do_not_hide_one_that_does() {
+        let seldom = |candidate: &Candidate| {
+            if candidate[0].target < 0.05 { Badness::Of(-candidate[0].time) } else { Badness::Nothing }
+        };
+        let (_, search) = searched(Strategy::Evolution, 3, 200, seldom);
+        assert!(search.worst().unwrap().badness > Badness::Of(-0.01), "{:?}", search.worst());
     }
 }
