@@ -48,9 +48,9 @@ pub fn close_files_on_spawn() {
 /// The environment variable, and its value, with which a process starts that does not register restartable sequences
 /// (rseq(2)).
 ///
-/// glibc registers them for every thread. The kernel then writes to the thread's memory after each context switch, which is
-/// mostly no longer in the cache of the address space: with 6 to 100 UAVs, a tick takes 10 to 20 % longer. Nothing here uses
-/// them; without them, `sched_getcpu` is slower.
+/// glibc registers them for every thread. The kernel then writes to the thread's memory after each context switch, where the
+/// caches are mostly cold: in two series of interleaved runs with 6 to 200 UAVs, a tick took 0 to 20 % longer. Nothing here
+/// uses them; without them, `sched_getcpu` is slower.
 pub fn without_restartable_sequences() -> (&'static str, String) {
     const VARIABLE: &str = "GLIBC_TUNABLES";
     const TUNABLE: &str = "glibc.pthread.rseq=0";
