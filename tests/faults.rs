@@ -157,7 +157,7 @@ fn a_live_run_answers_each_request_with_its_tick_or_a_reason() {
         }
         let (code, output) = ask(&run, "heal all");
         assert_eq!(code, Some(0), "{output}");
-        // The answer comes before the tick does, and a run that is stopped before it heals nothing.
+        // The request is answered before its tick begins. A run that ends before that tick heals nothing.
         let tick: u32 = output.split_whitespace().nth(1).unwrap().trim_end_matches(',').parse().unwrap();
         run.wait_for_second(f64::from(tick + 1) / 100.0);
         crate::harness::send(run.launcher(), rustix::process::Signal::INT);

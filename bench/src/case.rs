@@ -95,8 +95,8 @@ impl Carrier {
 }
 
 impl Case {
-    /// Whether a process takes the leader's place. A hub relays the leader's state itself, and two processes that take
-    /// turns leave no place for a third.
+    /// Whether there is a process in the leader's place. A hub sends the leader's state itself, and `atomic` has only two
+    /// processes.
     pub(crate) fn has_leader(&self) -> bool {
         matches!(self.carrier, Carrier::Swarm | Carrier::Gate | Carrier::Futex)
             || self.topology == Topology::Mesh

@@ -153,7 +153,7 @@ impl<'a> Runner<'a> {
             placement: self.placement.clone(),
             launcher: std::process::id(),
         });
-        // The case places its processes. Placed here, they would all inherit the core of this one.
+        // Not pinned here: the case pins its processes itself, and they would all inherit the one core of this process.
         let child = command.spawn();
         let limit = self.time_limit(case);
         self.wait(child.map_err(BenchError::system("a case cannot be started"))?, limit)?;
@@ -246,8 +246,8 @@ fn command(args: &CaseArgs) -> Command {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
     // Whoever forces colours wants them on the terminal, not in the reason of a failed case.
     command.env("NO_COLOR", "1");
-    // The launcher of a swarm starts its processes so. The hub, all peers and the user's programs inherit it: whoever has it is
-    // faster.
+    // The processes of a swarm have this setting, which makes context switches faster. To be fair, hubs, peers and the user's
+    // programs inherit it.
     let (variable, value) = without_restartable_sequences();
     command.env(variable, value);
     // In a process group of its own: the terminal sends Ctrl-C to the benchmark alone, which ends the case in order.

@@ -1,7 +1,7 @@
 //! On which core a new process runs, and with which priority.
 //!
-//! Must never change the scheduling of the calling thread for longer than it takes to start one process, unless that thread
-//! takes a place itself.
+//! Must never change the scheduling of the calling thread for longer than it takes to start one process, except where that
+//! thread takes a place itself.
 
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use std::io;
@@ -41,8 +41,8 @@ impl Placement {
         tried.map_err(|source| PlacementError { priority, source })
     }
 
-    /// Gives this thread the scheduling of the process number `index`. Start all others before: what they inherit from a thread
-    /// on one core is that core.
+    /// Gives this thread the core and the priority of process number `index`, for good. Start all other processes first:
+    /// they would inherit the one core.
     pub fn take(self, index: usize) -> io::Result<()> {
         if self.pin {
             sched_setaffinity(None, &one_core(&sched_getaffinity(None)?, index))?;

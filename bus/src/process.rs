@@ -45,20 +45,20 @@ pub fn close_files_on_spawn() {
     // A kernel before 5.11 does not know the flag. There the processes start as before, only more slowly.
 }
 
-/// The environment variable, and its value, with which a process starts that does not register restartable sequences
-/// (rseq(2)).
+/// The name and value of an environment variable that keeps glibc from registering restartable sequences (rseq(2)) in a new
+/// process.
 ///
-/// glibc registers them for every thread. The kernel then writes to the thread's memory after each context switch, where the
+/// By default, glibc registers them for every thread. The kernel then writes to the thread's memory after each context switch, where the
 /// caches are mostly cold: in two series of interleaved runs with 6 to 200 UAVs, a tick took 0 to 20 % longer. Nothing here
 /// uses them; without them, `sched_getcpu` is slower.
 pub fn without_restartable_sequences() -> (&'static str, String) {
     const VARIABLE: &str = "GLIBC_TUNABLES";
     const TUNABLE: &str = "glibc.pthread.rseq=0";
-    // The user may have set others. Where glibc is older or another library takes its place, nobody reads it.
+    // Keep what the user has set. An older glibc, or another C library, ignores the variable.
     (VARIABLE, with_tunable(std::env::var(VARIABLE).unwrap_or_default(), TUNABLE))
 }
 
-/// `set`, and `tunable` if it is not among them.
+/// `set`, a list with colons in between, with `tunable` added unless it is already there.
 fn with_tunable(set: String, tunable: &str) -> String {
     if set.is_empty() {
         return tunable.into();

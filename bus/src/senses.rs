@@ -1,7 +1,7 @@
 //! The board on which the world shows one UAV what it senses.
 //!
-//! Obstacles have an entry of their own: a UAV far from all obstacles, the usual case, then costs the world and the agent two
-//! cache lines in a tick instead of eight, and each line that crosses from one core to another takes part of a microsecond.
+//! Obstacles have an entry of their own, because most UAVs are far from all obstacles most of the time. The world and the
+//! agent then touch two cache lines in a tick instead of eight, and each line that moves from one core to another takes time.
 //!
 //! Must never decide what a UAV senses.
 
@@ -24,7 +24,7 @@ impl SensesWriter {
 
     /// Shows `sensed` as the value of its tick.
     pub fn post(&self, sensed: &Sensed, stamps: Stamps) {
-        // Before the rest, which tells the agent that there are obstacles to read.
+        // Obstacles first: once the agent sees the rest, it may read them.
         if sensed.obstacle_count > 0 {
             self.obstacles.post(sensed.tick, NearObstacles(sensed.obstacles), stamps);
         }

@@ -37,8 +37,8 @@ const STATE_READERS: usize = 40;
 /// Readers of a board beyond those that the swarm needs: room for several generations of readers that were killed and are
 /// not cleaned up yet. They cost the sender nothing, unlike the readers of a channel.
 const SPARE_BOARD_READERS: usize = 8;
-/// Where the keys begin of a board that shares the service of another one. Any number that is larger than the count of kept
-/// ticks will do.
+/// First key of a board that shares the service of another board. Any number larger than the count of kept ticks will do; a
+/// smaller one makes the two boards use the same entries.
 const KEYS_BESIDE: u32 = 0x100;
 
 /// What `uav` senses of itself, from the world, for its agent.

@@ -108,7 +108,7 @@ impl Airspace {
     /// Hands over what each UAV in the sky senses, UAV 1 first, to be sent to its agent: itself, and the traffic if it has a
     /// collision filter. To be called once a tick, because all of it becomes part of the hash.
     pub fn open_tick(&mut self, mut publish: impl FnMut(Sensing<'_>)) {
-        // By reference, because each of these is as large as several cache lines, and large swarms have many.
+        // By reference, because these are large, and a large swarm would copy hundreds of them in each tick.
         let Self { sky, hash, .. } = self;
         for airframe in sky.airframes() {
             let Some(sensed) = sky.senses(airframe.uav()) else { continue };
@@ -121,8 +121,8 @@ impl Airspace {
         }
     }
 
-    /// Hashes what was sensed and answered so far. Not calling it changes nothing but when that work is done: a process
-    /// does it while it would wait anyway.
+    /// Hashes what was sensed and answered so far. The hash is the same without this call; a process makes it when it would
+    /// only wait otherwise.
     pub fn catch_up(&mut self) {
         self.hash.catch_up();
     }

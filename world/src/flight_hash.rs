@@ -4,11 +4,11 @@
 
 use xxhash_rust::xxh3::Xxh3;
 
-/// How many bytes wait at most: a few ticks of a large swarm. More would not stay in the cache until they are hashed; fewer
-/// hash within the tick.
+/// Most bytes that wait to be hashed: a tick of a large swarm. With more, they leave the cache before they are hashed; with
+/// fewer, a large swarm hashes before its tick opens.
 const WAITING_BYTES: usize = 1 << 18;
 
-/// A hash that can put off its work: taking bytes in copies them only.
+/// A hash that can be computed later: taking in bytes only copies them.
 #[derive(Clone)]
 pub(crate) struct FlightHash {
     hash: Xxh3,

@@ -22,8 +22,7 @@ pub(crate) struct MessageSizes {
 impl MessageSizes {
     /// Between the hub and a peer: everything that an agent reads in a tick, and everything that it sends.
     ///
-    /// As in a swarm without a recorder, whose agents send no account, and without obstacles, of which an agent reads only
-    /// where there are some.
+    /// As in a swarm without a recorder and without obstacles: agents then send no accounts and read no obstacles.
     pub(crate) fn hub_to_peer(case: &Case) -> Self {
         let payload = case.payload_bytes as usize;
         let neighbours = 2 * size_of::<UavState>();

@@ -36,7 +36,7 @@ pub(crate) fn run(
     let gate = domain.gate()?;
     let mut peers = Peers::start(case, domain, folder, placement)?;
     peers.wait_until_ready(&gate)?;
-    // Not before the peers have started, because they would inherit it.
+    // After the peers have started, because they would inherit the core of the hub.
     placement.take(0).map_err(BenchError::system("the hub cannot be placed"))?;
     gate.set_ready_process(Part::World, Some(std::process::id()));
     let to_peers = ToPeers::open(&mut peers, case, domain)?;

@@ -1,4 +1,4 @@
-//! A peer: the process in an agent's place, or in the leader's place in a mesh. It answers each tick with as many bytes as an
+//! A peer: the process in an agent's or the leader's place. It answers each tick with as many bytes as an
 //! agent or the leader sends, and computes nothing.
 //!
 //! Keeps its timestamps in memory and writes them to a file after the last tick.
@@ -35,7 +35,7 @@ pub struct PeerArgs {
     /// The case, in JSON.
     #[arg(long)]
     case: Case,
-    /// Number of this peer, from 0; without it, the peer is the leader of a mesh.
+    /// Number of this peer, from 0; without it, the peer is the leader.
     #[arg(long)]
     member: Option<u32>,
     /// The domain of the hub.

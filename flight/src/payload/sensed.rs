@@ -53,19 +53,19 @@ pub struct SensedObstacle {
     pub radius_m: f64,
     /// `L_obs`, Eq. (13): the distance from the centre at which the obstacle begins to repel.
     pub braking_distance_m: f64,
-    /// Velocity, east and north, in m/s; zero for an obstacle that stands.
+    /// Velocity, east and north, in m/s; zero for a stationary obstacle.
     pub velocity_m_s: [f64; 2],
 }
 
 impl SensedObstacle {
-    /// What stands in the place of an obstacle where there is none.
+    /// The value of an unused entry.
     const NONE: Self =
         Self { position_m: [0.0; 2], radius_m: 0.0, braking_distance_m: 0.0, velocity_m_s: [0.0; 2] };
 
-    /// The bytes that a hash of the flight covers: those of the velocity only if it moves, so that flights past obstacles
-    /// that stand keep the hashes from before there were others.
+    /// The bytes that a hash of the flight covers. The velocity counts only if the obstacle moves, so that flights past
+    /// stationary obstacles keep the hashes that they had before obstacles could move.
     pub fn hashed_bytes(&self) -> &[u8] {
-        // The velocity has to stay the last field: the bytes before it are those of an obstacle that stands.
+        // The velocity has to stay the last field: the bytes before it are those of a stationary obstacle.
         let (all, still) = (bytemuck::bytes_of(self), std::mem::offset_of!(Self, velocity_m_s));
         if self.velocity_m_s == [0.0; 2] { &all[..still] } else { all }
     }
@@ -102,7 +102,8 @@ pub struct Sensed {
     pub heading_age_ticks: u32,
 }
 
-/// A [`Sensed`] without its obstacles: what a UAV senses in every tick, wherever it is.
+/// A [`Sensed`] without its obstacles, which most ticks do not have. Sent by itself, it takes two cache lines instead of
+/// eight.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct OwnSenses {
@@ -141,7 +142,7 @@ impl NearObstacles {
 }
 
 impl OwnSenses {
-    /// The whole, with these obstacles.
+    /// The complete message, with these obstacles.
     pub fn beside(&self, obstacles: &NearObstacles) -> Sensed {
         Sensed {
             tick: self.tick,
@@ -161,7 +162,7 @@ impl OwnSenses {
 }
 
 impl Sensed {
-    /// What it says of the UAV itself.
+    /// Everything but the obstacles.
     pub fn own(&self) -> OwnSenses {
         OwnSenses {
             tick: self.tick,
@@ -184,7 +185,7 @@ impl Sensed {
         update(&bytemuck::bytes_of(self)[..std::mem::offset_of!(Self, obstacles)]);
         // One by one, because each obstacle decides how many of its bytes count.
         self.obstacles.iter().for_each(|obstacle| update(obstacle.hashed_bytes()));
-        // Flights with perfect sensors keep the hashes from before there were others.
+        // Flights with perfect sensors keep the hashes that they had before sensors had ages.
         let ages = [self.position_age_ticks, self.heading_age_ticks];
         if ages != [0; 2] {
             update(bytemuck::bytes_of(&ages));

@@ -6,9 +6,9 @@
 //! with restarts (Beyer and Schwefel, *Evolution strategies*, 2002). It adapts no size of steps, because one budget has
 //! numbers that are coarse, such as a target, beside others that have to hit a tenth of a second.
 //!
-//! Some candidates of every generation are random: most of them until one flight stands out, few from then on. In many
-//! hunts nearly all flights are about equally bad, because what happens in them anyway decides, and small changes of such
-//! flights lead nowhere.
+//! Some candidates of every generation are random: most of them until one flight stands out, and few after that. In many
+//! hunts, nearly all flights are about equally bad, because the faults of the budget hardly matter in them. Small changes
+//! of such a flight lead nowhere.
 //!
 //! Never flies anything. What a candidate is depends on the seed, its number and the flights of earlier generations, so
 //! neither the order in which flights land nor the number of threads changes it.
@@ -31,14 +31,14 @@ const STALE_GENERATIONS: usize = 5;
 /// Share of random candidates among the later generations once a flight stands out. Fewer rarely leave a region that is not
 /// the worst; more are closer to random search.
 const RANDOM: f64 = 0.2;
-/// The same share until then. Fewer improve on flights that are bad for another reason than their faults; more find a flight
-/// later that can be reached by small steps only.
+/// The same share until then. With fewer, the search wastes flights on changes that do not matter; with more, it is slower
+/// where small steps would have led to a bad flight.
 const RANDOM_BEFORE: f64 = 0.8;
-/// How many of the worst flights by chance do not count among the usual ones. Fewer let one lucky flight hide another; more
-/// count flights as unusual that are not.
+/// How many of the worst random flights are left out when the search decides what is usual. With fewer, a few bad flights
+/// keep the next one from standing out; with more, ordinary flights stand out.
 const UNUSUAL: usize = 5;
-/// A flight stands out if it is this much farther from the usual flights than the worst of those are from their median. With
-/// less, nearly every population begins with a flight that stands out; with more, small steps begin too late.
+/// A flight stands out if its distance from the worst usual flight exceeds this share of that flight's distance from the
+/// median. With less, ordinary flights stand out; with more, small steps begin too late.
 const STANDS_OUT: f64 = 0.5;
 /// Share of children whose faults all move by the same time. Fewer lose what two faults do together, because a fault
 /// that moves alone destroys it; more leave fewer children that try anything else.
@@ -187,26 +187,26 @@ impl Search {
             .sort_by(|one, other| other.badness.partial_cmp(&one.badness).expect("no badness is NaN"));
         self.parents.truncate(if self.strategy == Strategy::Random { 0 } else { PARENTS });
         let is_worse = self.parents.first().map(|parent| parent.badness) > before;
-        // Until a flight stands out, there is no region yet to be given up.
+        // Until a flight stands out, there is no region to give up.
         self.stale = if is_worse || !self.stands_out() { 0 } else { self.stale + 1 };
     }
 
-    /// Whether the worst flight of the population is far worse than most flights by chance.
+    /// Whether the worst flight of the population is far worse than usual.
     fn stands_out(&self) -> bool {
         let Some(Flown { badness: Badness::Of(worst), .. }) = self.parents.first() else { return false };
-        // Flights that say nothing about the goal are no measure of what is usual.
+        // Flights without a value of the goal do not count.
         let said = |badness: &Badness| if let Badness::Of(value) = *badness { Some(value) } else { None };
         let mut by_chance: Vec<f64> = self.by_chance.iter().filter_map(said).collect();
         by_chance.sort_by(|one, other| other.total_cmp(one));
         let median = by_chance.get(by_chance.len() / 2);
-        // Too few to tell what is usual: then any flight that says something is worth following.
+        // With too few of them to tell what is usual, any flight that has a value is worth following.
         by_chance
             .get(UNUSUAL)
             .zip(median)
             .is_none_or(|(usual, median)| worst - usual > STANDS_OUT * (usual - median))
     }
 
-    /// The candidate of flight `number`, and whether it is random, as the share `random` of candidates is.
+    /// The candidate of flight `number`, and whether it is random; a share of `random` of all candidates is.
     fn candidate(&self, number: u64, random: f64) -> (Candidate, bool) {
         let mut dice = Dice(Draws::new(self.seed, PURPOSE, number));
         if self.parents.is_empty() || dice.0.uniform() < random {
@@ -368,7 +368,7 @@ mod tests {
 
     #[test]
     fn a_population_without_progress_is_given_up_and_the_worst_flight_stays() {
-        // Every flight of a rare kind is as bad as every other one of it.
+        // A rare kind of flight is worse than all others, and all flights of that kind are equally bad.
         let rare = |candidate: &Candidate| Badness::Of(if candidate[0].target < 0.01 { 1.0 } else { 0.0 });
         let (_, search) = searched(Strategy::Evolution, 1, 500, rare);
         assert!(search.populations() > 1, "{}", search.populations());
@@ -382,7 +382,7 @@ mod tests {
         let worst = search.worst().unwrap();
         assert_eq!((worst.number, search.since_worst()), (0, 499), "the first of equals");
         assert_eq!(search.populations(), 1);
-        // A descendant has most numbers of its parent, and a random candidate has none of any other.
+        // A descendant keeps most numbers of its parent; no two random candidates share one.
         let mut times: Vec<f64> = all.iter().map(|candidate| candidate[1].time).collect();
         times.sort_by(f64::total_cmp);
         times.dedup();

@@ -53,7 +53,7 @@ impl<P: TickProbe> World<'_, P> {
             self.ports.gate.set_due(deadlines.due());
         }
         self.ports.open_tick(now, self.answers.expected())?;
-        // The agents have work now. What nobody waits for was put off until here.
+        // Only now, while the agents work: nobody waits for the hash and the journal.
         self.airspace.catch_up();
         self.ports.journal.send()
     }
@@ -130,7 +130,7 @@ impl<P: TickProbe> World<'_, P> {
         let Self { ports, probe, .. } = self;
         let mut newest = None;
         ports.read_commands(uav, now, |command, stamps| {
-            // Read once for everybody who wants to know: large swarms give hundreds of answers in a tick.
+            // Read the clock once for the probe and the timing: a large swarm gives hundreds of answers in a tick.
             let seen_ns = monotonic_ns();
             probe.answer_seen(uav, command.tick, stamps, seen_ns);
             newest = Some(SeenAnswer { command: *command, stamps: *stamps, seen_ns });
