@@ -2,7 +2,9 @@
 //!
 //! Never depends on anything but the scenario, so that every process and every check gets the same states.
 
-use crate::{IntruderSection, LeaderStart, ObstacleSection, Problem, Scenario, ScenarioError, StartState};
+use crate::{
+    IntruderSection, LeaderStart, ObstacleSection, Problem, Scenario, ScenarioError, ShapeName, StartState,
+};
 use nalgebra::{Point2, Vector2};
 use ringwing_flight::{direction, draw::Draws};
 
@@ -51,7 +53,7 @@ struct StartBox<'s> {
     obstacles: Vec<ObstacleSection>,
     draws: Draws,
     middle: Point2<f64>,
-    /// The side along the leader's heading, from end to end.
+    /// The long side, from end to end: along the leader's heading, or leaning towards the line of an echelon.
     along: Vector2<f64>,
     /// The side across the heading, from end to end.
     across: Vector2<f64>,
@@ -62,18 +64,27 @@ struct StartBox<'s> {
 impl<'s> StartBox<'s> {
     fn new(scenario: &'s Scenario) -> Self {
         let draw = &scenario.start.draw;
-        // That of the ring in every shape: in a box as long as an echelon, the rear slots are too far behind the foremost UAVs.
         let radius = scenario.formation().radius_m();
         let leader = scenario.leader_start();
         let ahead = direction(leader.heading_deg.to_radians());
+        let left = Vector2::new(-ahead.y, ahead.x);
+        let keyed =
+            Sides { length_m: draw.length_radii * radius, width_m: draw.width_radii * radius, lean: 0.0 };
+        let Sides { length_m, width_m, lean } = match scenario.formation.shape {
+            ShapeName::Echelon => {
+                let line = scenario.start_slot(scenario.formation.uavs) - scenario.start_slot(1);
+                keyed.around(line.dot(&ahead), line.dot(&left))
+            }
+            _ => keyed,
+        };
         Self {
             scenario,
             leader,
             obstacles: scenario.all_obstacles(),
             draws: Draws::new(scenario.seed, PURPOSE, MOMENT),
             middle: leader.position + ahead * (draw.ahead_radii * radius),
-            along: ahead * (draw.length_radii * radius),
-            across: Vector2::new(-ahead.y, ahead.x) * (draw.width_radii * radius),
+            along: (ahead + left * lean) * length_m,
+            across: left * width_m,
             // With a smaller separation, a flight could begin with a collision.
             separation_m: draw.separation_m.max(scenario.airframe.collision_distance_m),
         }
@@ -116,6 +127,31 @@ impl<'s> StartBox<'s> {
         placed.iter().all(apart)
             && self.obstacles.iter().all(clear)
             && self.scenario.intruders.iter().all(away)
+    }
+}
+
+/// The sides of a start box.
+#[derive(Debug, Clone, Copy)]
+struct Sides {
+    /// Along the leader's heading.
+    length_m: f64,
+    /// Across the heading.
+    width_m: f64,
+    /// How far the box leans to the left for each metre ahead, in m.
+    lean: f64,
+}
+
+impl Sides {
+    /// These sides, leaning and longer as far as needed to start around a line that reaches `ahead_m` and `left_m`.
+    ///
+    /// An upright box would hold UAVs far ahead of their slots, and a UAV falls back slowly: at `v_d - v_min`. The lean is the
+    /// slope with which the line's places and the box's length give the least squares, so a line straight across leaves the
+    /// box upright. What the lean leaves of the line's width is the least width.
+    fn around(self, ahead_m: f64, left_m: f64) -> Self {
+        let length_m = self.length_m.max(ahead_m.abs());
+        let share = ahead_m / length_m;
+        let width_m = self.width_m.max(left_m.abs() * (1.0 - share * share).sqrt());
+        Self { length_m, width_m, lean: share * left_m / length_m }
     }
 }
 
@@ -193,6 +229,41 @@ mod tests {
             assert!((x - 500.0).abs() <= radius && (y + 200.0 - 2.0 * radius).abs() <= 1.5 * radius);
             assert!((state.heading_deg - 90.0).abs() <= 28.6);
         }
+    }
+
+    #[test]
+    fn the_box_of_an_echelon_leans_along_its_line() {
+        let mut scenario = drawn(200, 3);
+        scenario.formation.shape = ShapeName::Echelon;
+        scenario.leader.heading_deg = 90.0;
+        let radius = scenario.formation().radius_m();
+        let farthest = |is: &dyn Fn(f64, f64) -> f64| {
+            // Ahead and to the left of a leader that heads north.
+            let seen = states(&scenario)
+                .unwrap()
+                .into_iter()
+                .map(|at| is(at.position_m[1], -at.position_m[0]).abs());
+            seen.fold(0.0, f64::max)
+        };
+        // A line of 199 spacings. Its left end is ahead of an eastbound leader, and of this one, for which the line stays as it
+        // is, its right end.
+        let half_line_m = 199.0 * 40.0 / 2.0 * std::f64::consts::FRAC_1_SQRT_2;
+        assert!((0.9..=1.0).contains(&(farthest(&|ahead, _| ahead) / half_line_m)));
+        assert!((0.9..=1.0).contains(&(farthest(&|ahead, left| left + ahead) / radius)));
+    }
+
+    #[test]
+    fn sides_lean_no_farther_than_the_line_is_long() {
+        let upright = Sides { length_m: 100.0, width_m: 60.0, lean: 0.0 };
+        let around = |ahead_m, left_m| {
+            let Sides { length_m, width_m, lean } = upright.around(ahead_m, left_m);
+            [length_m, width_m, lean]
+        };
+        assert_eq!(around(0.0, 50.0), [100.0, 60.0, 0.0]);
+        assert_eq!(around(0.0, 300.0), [100.0, 300.0, 0.0]);
+        assert_eq!(around(-200.0, 100.0), [200.0, 60.0, -0.5]);
+        // The middle of the box follows a share of 0.6 of the line, and four fifths of its width are left.
+        assert_eq!(around(60.0, 100.0), [100.0, 80.0, 0.6]);
     }
 
     proptest! {

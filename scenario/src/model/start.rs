@@ -14,7 +14,8 @@ pub struct StartSection {
 }
 
 /// `[start.draw]`: a seeded draw of start states from a box around the leader, with its size in radii of the
-/// ring that has as many UAVs, whatever the shape.
+/// ring that has as many UAVs, whatever the shape. Around an echelon, the box leans along the line, and is at least as
+/// long as the line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrawSection {
