@@ -36,13 +36,12 @@ pub fn die_with(launcher: u32) -> Result<(), BusError> {
 
 /// Keeps the processes that this one starts from inheriting its open files, apart from stdin, stdout and stderr.
 ///
-/// iceoryx2 opens its files without the flag for that. The launcher of a large swarm has thousands of them open, and each
-/// process would begin by copying them all.
+/// iceoryx2 opens its files without the flag for that. For many processes, a [`Starter`](crate::Starter) costs less.
 pub fn close_files_on_spawn() {
     // SAFETY: the system call only sets a flag on descriptors of this process. It closes none of them here.
     #[expect(unsafe_code, reason = "no safe wrapper of close_range exists")]
     let _ = unsafe { libc::close_range(3, u32::MAX, libc::CLOSE_RANGE_CLOEXEC.cast_signed()) };
-    // A kernel before 5.11 does not know the flag. There the processes start as before, only more slowly.
+    // A kernel before 5.11 does not know the flag. There the processes inherit the files and never use them.
 }
 
 /// The name and value of an environment variable that keeps glibc from registering restartable sequences (rseq(2)) in a new

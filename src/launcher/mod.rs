@@ -27,7 +27,7 @@ use inbox::Inbox;
 use ports::LauncherPorts;
 use ringwing_bench::MeasureArgs;
 use ringwing_bus::{
-    BusError, Capacity, Demand, Domain, Placement, Services, create_node,
+    BusError, Capacity, Demand, Domain, Placement, Services, Starter, create_node,
     domain::{DomainOwner, remove_abandoned},
     write_whole,
 };
@@ -144,6 +144,8 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     let begin = Instant::now();
     // Open the inbox first: from here on an interrupt ends the run in order.
     let inbox = Inbox::open()?;
+    // After the inbox, whose signal handlers write to a pipe, and before the services, each of which takes open files.
+    let starter = Starter::start()?;
     ringwing_programs::check(&plan.scenario)?;
     // Do this before looking at the memory: what a killed run has left would be missing.
     remove_abandoned();
@@ -160,7 +162,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     // All services exist before the first process starts, so no process has to wait until another has made one.
     let services = Services::create(&node, owner.domain(), &plan.scenario, journal_depth)?;
     let ports = LauncherPorts::open(node, services)?;
-    Supervisor::new(plan, owner.domain(), gate, ports, inbox, &folder)?.run(begin)
+    Supervisor::new(plan, owner.domain(), gate, ports, inbox, starter, &folder)?.run(begin)
 }
 
 /// Makes `<out>/<name>-<domain>/` with the resolved scenario, and a configuration with which the tool `iox2` finds the

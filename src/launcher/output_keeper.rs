@@ -10,8 +10,9 @@ use ringwing_flight::UavId;
 use ringwing_programs::output::{file_of, keep, open};
 use ringwing_recorder::log::run_folder;
 use std::{
-    io::{self, PipeWriter},
+    io,
     path::{Path, PathBuf},
+    process::Command,
     sync::mpsc::Sender,
     thread::{self, JoinHandle},
     time::{Duration, Instant},
@@ -23,12 +24,38 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// Pause between two looks whether all has been read. Longer delays the end of each run; shorter costs wake-ups.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 
+/// The way from what a program prints into its file.
+#[derive(Debug)]
+pub(super) struct OutputPipe {
+    uav: UavId,
+    path: PathBuf,
+    inbox: Sender<Notice>,
+}
+
 /// Keeps the output of all programs of one run.
 #[derive(Debug)]
 pub(super) struct OutputKeeper {
     folder: PathBuf,
     inbox: Sender<Notice>,
     readers: Vec<JoinHandle<()>>,
+}
+
+impl OutputPipe {
+    /// Makes `command` print into the file; returns the thread that writes it.
+    ///
+    /// To be called on the thread that starts the program: its files belong to that thread.
+    pub(super) fn open(self, command: &mut Command) -> Result<JoinHandle<()>, LaunchError> {
+        let Self { uav, path, inbox } = self;
+        let (file, room) = open(&path).map_err(|source| LaunchError::Folder { path, source })?;
+        let failed = |source| LaunchError::Spawn { what: format!("the pipe for what {uav} prints"), source };
+        let (reader, writer) = io::pipe().map_err(failed)?;
+        // Both streams go into one pipe, so that errors stand between the lines that they belong to.
+        command.stdout(writer.try_clone().map_err(failed)?).stderr(writer);
+        spawn_thread("the thread that keeps what a program prints", move || {
+            // This fails only if the launcher has left, and then nobody waits for the notice.
+            keep(reader, file, room, || drop(inbox.send(Notice::OutputCut { uav })));
+        })
+    }
 }
 
 impl OutputKeeper {
@@ -42,19 +69,14 @@ impl OutputKeeper {
         file_of(&self.folder, uav)
     }
 
-    /// The end into which a program of `uav` is to print.
-    pub(super) fn open(&mut self, uav: UavId) -> Result<PipeWriter, LaunchError> {
-        let path = self.file(uav);
-        let unwritable = |source| LaunchError::Folder { path: path.clone(), source };
-        let (file, room) = open(&path).map_err(unwritable)?;
-        let failed = |source| LaunchError::Spawn { what: format!("the pipe for what {uav} prints"), source };
-        let (reader, writer) = io::pipe().map_err(failed)?;
-        let inbox = self.inbox.clone();
-        self.readers.push(spawn_thread("the thread that keeps what a program prints", move || {
-            // This fails only if the launcher has left, and then nobody waits for the notice.
-            keep(reader, file, room, || drop(inbox.send(Notice::OutputCut { uav })));
-        })?);
-        Ok(writer)
+    /// The way from the output of `uav` into its file, still to be opened.
+    pub(super) fn pipe(&self, uav: UavId) -> OutputPipe {
+        OutputPipe { uav, path: self.file(uav), inbox: self.inbox.clone() }
+    }
+
+    /// Takes charge of the thread that an [`OutputPipe`] has started.
+    pub(super) fn add(&mut self, reader: JoinHandle<()>) {
+        self.readers.push(reader);
     }
 
     /// Waits until everything is written, but only for a limited time.

@@ -4,7 +4,7 @@
 
 use super::{LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper};
 use ringwing_bench::MeasureArgs;
-use ringwing_bus::{DomainId, close_files_on_spawn, without_restartable_sequences};
+use ringwing_bus::{DomainId, Starter, close_files_on_spawn, without_restartable_sequences};
 use ringwing_flight::{Part, UavId};
 use ringwing_programs::UNBUFFERED;
 use ringwing_scenario::AgentSection;
@@ -31,16 +31,23 @@ pub(super) struct Spawner<'a> {
     log: Option<PathBuf>,
     /// What the programs of the user's print.
     output: OutputKeeper,
+    starter: Starter,
     /// When the run was started, for the log of every recorder of the run.
     started_at: String,
 }
 
 impl<'a> Spawner<'a> {
     /// A spawner for the run of `plan` in `domain`, whose recorder writes to `log` and whose programs print into `output`.
-    pub(super) fn new(plan: &'a Plan, domain: &DomainId, log: Option<PathBuf>, output: OutputKeeper) -> Self {
+    pub(super) fn new(
+        plan: &'a Plan,
+        domain: &DomainId,
+        log: Option<PathBuf>,
+        output: OutputKeeper,
+        starter: Starter,
+    ) -> Self {
         // To the millisecond: the flight begins a fraction of a second later.
         let started_at = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
-        Self { plan, domain: domain.clone(), log, output, started_at }
+        Self { plan, domain: domain.clone(), log, output, starter, started_at }
     }
 
     /// What a user types to start `part` by hand.
@@ -68,22 +75,27 @@ impl<'a> Spawner<'a> {
         let mut arguments = self.arguments(part);
         arguments.extend(["--launcher".into(), std::process::id().to_string()]);
         let mut command = Self::command();
-        if let Some((uav, own)) = self.own_program(part) {
-            let output = self.output.open(uav)?;
-            let copy =
-                output.try_clone().map_err(|source| LaunchError::Spawn { what: part.to_string(), source })?;
+        let pipe = if let Some((uav, own)) = self.own_program(part) {
             become_program(&mut command, own, &arguments);
-            // Both streams go into one pipe, so that errors stand between the lines that they belong to.
-            command.stdout(copy).stderr(output);
+            Some(self.output.pipe(uav))
         } else {
             command.args(self.plan.lock_memory.then_some("--lock-memory")).args(arguments);
-        }
+            None
+        };
         let (variable, value) = without_restartable_sequences();
         command.env(variable, value);
-        // Before each spawn, because the launcher opens more files as it replaces processes.
-        close_files_on_spawn();
-        let child = self.plan.placement.start(part.index(), || command.spawn());
-        child.map(|child| child.id()).map_err(|source| LaunchError::Spawn { what: part.to_string(), source })
+        let failed = move |source| LaunchError::Spawn { what: part.to_string(), source };
+        let placement = self.plan.placement;
+        let start = move || {
+            let reader = pipe.map(|pipe| pipe.open(&mut command)).transpose()?;
+            let child = placement.start(part.index(), || command.spawn()).map_err(failed)?;
+            Ok((child.id(), reader))
+        };
+        let (pid, reader) = self.starter.run(start).map_err(failed).flatten()?;
+        if let Some(reader) = reader {
+            self.output.add(reader);
+        }
+        Ok(pid)
     }
 
     /// Starts the viewer, which is to listen at `address`; returns its id, and what it prints.

@@ -17,7 +17,7 @@ use super::{
     stepper::Stepper,
 };
 use ringwing_bus::{
-    AwakeClock, Domain, Gate, Patience, Shortage, Stamps, domain::Reserve, is_running, report,
+    AwakeClock, Domain, Gate, Patience, Shortage, Stamps, Starter, domain::Reserve, is_running, report,
 };
 use ringwing_flight::{Event, EventMessage, Pace, Part, ProcessEnd, Tick, TimedEvent, WorldReport};
 use ringwing_recorder::log::run_folder::log_in;
@@ -83,6 +83,7 @@ impl<'a> Supervisor<'a> {
         gate: Gate,
         ports: LauncherPorts,
         inbox: Inbox,
+        starter: Starter,
         folder: &Path,
     ) -> Result<Self, LaunchError> {
         let scenario = &plan.scenario;
@@ -100,7 +101,7 @@ impl<'a> Supervisor<'a> {
             ports,
             inbox,
             janitor: Janitor::start(domain, scenario.time.rate_hz)?,
-            spawner: Spawner::new(plan, domain.id(), log, output),
+            spawner: Spawner::new(plan, domain.id(), log, output, starter),
             viewer: None,
             processes: ProcessTable::new(scenario.formation.uavs, limits(scenario), is_by_hand),
             faults: FaultQueue::new(scenario),

@@ -2,7 +2,7 @@
 //!
 //! Never reports a contact twice while it lasts.
 
-use crate::{Airframe, intruder::Intruder, obstacle::Obstacle};
+use crate::{Airframe, by_x::ByX, intruder::Intruder, obstacle::Obstacle};
 use nalgebra::Point2;
 use ringwing_flight::{Collider, UavId};
 use std::collections::BTreeSet;
@@ -26,19 +26,16 @@ pub(crate) struct Collisions {
     near_m: f64,
     /// The contacts of the last tick.
     touching: BTreeSet<(UavId, Collider)>,
-    /// Indices of the airframes, sorted by x in the last tick. They are still nearly sorted, so sorting again is cheap.
-    by_x: Vec<usize>,
 }
 
 impl Collisions {
     /// Aircraft closer than `distance_m` collide, those closer than `near_m` are near each other.
-    pub(crate) fn new(distance_m: f64, near_m: f64, uavs: usize) -> Self {
+    pub(crate) fn new(distance_m: f64, near_m: f64) -> Self {
         Self {
             distance_m,
             // Collisions are looked for among what is near, so a smaller distance would miss some.
             near_m: near_m.max(distance_m),
             touching: BTreeSet::new(),
-            by_x: (0..uavs).collect(),
         }
     }
 
@@ -57,25 +54,15 @@ impl Collisions {
         begun
     }
 
-    /// Every UAV that is near another UAV or an intruder, in any order.
-    ///
-    /// Only UAVs that are near in x alone can be, so each UAV is compared with the next few in x instead of with all others.
-    pub(crate) fn near(&mut self, airframes: &[Airframe], intruders: &[Intruder]) -> Vec<Neighbours> {
-        let x = |index: usize| airframes[index].pose().position.x;
-        self.by_x.sort_by(|a, b| x(*a).total_cmp(&x(*b)));
+    /// Every UAV that is near another UAV or an intruder, in any order. `by_x` holds the same airframes.
+    pub(crate) fn near(&self, airframes: &[Airframe], by_x: &ByX, intruders: &[Intruder]) -> Vec<Neighbours> {
         let mut found = Vec::new();
-        for (place, &a) in self.by_x.iter().enumerate() {
-            let near = self.by_x[place + 1..].iter().take_while(|b| x(**b) - x(a) < self.near_m);
-            for &b in near {
-                // Name a pair by its lower UAV. In the order of x, a contact would begin anew when the two change
-                // places.
-                let (one, other) = if airframes[a].uav() < airframes[b].uav() { (a, b) } else { (b, a) };
-                let other = &airframes[other];
-                let with = Collider::Uav(other.uav());
-                found.extend(
-                    neighbours(&airframes[one], with, other.pose().position).filter(|_| other.is_flying()),
-                );
-            }
+        for pair in by_x.pairs(self.near_m) {
+            // Name a pair by its lower UAV. In the order of x, a contact would begin anew when the two change places.
+            let [one, other] = if pair[0].uav < pair[1].uav { pair } else { [pair[1], pair[0]] };
+            let is_flying = airframes[other.uav.index()].is_flying();
+            let with = Collider::Uav(other.uav);
+            found.extend(neighbours(&airframes[one.uav.index()], with, other.position).filter(|_| is_flying));
         }
         for intruder in intruders {
             let with = Collider::Intruder(intruder.id());
@@ -124,13 +111,13 @@ mod tests {
     }
 
     fn begun(collisions: &mut Collisions, airframes: &[Airframe]) -> Vec<(UavId, Collider)> {
-        let near = collisions.near(airframes, &[]);
+        let near = collisions.near(airframes, &ByX::new(airframes), &[]);
         collisions.begun(airframes, &[], &near)
     }
 
     #[test]
     fn a_collision_is_reported_once_until_the_uavs_have_parted() {
-        let mut collisions = Collisions::new(2.0, 2.0, 4);
+        let mut collisions = Collisions::new(2.0, 2.0);
         let flying = airframes(&[[0.0, 0.0], [100.0, 0.0], [1.5, 0.5], [0.0, 50.0]]);
         assert_eq!(begun(&mut collisions, &flying), [(UavId(1), Collider::Uav(UavId(3)))]);
         assert_eq!(begun(&mut collisions, &flying), []);
@@ -143,16 +130,17 @@ mod tests {
     fn uavs_at_just_the_distance_have_not_collided_and_are_not_near() {
         // On a line across their heading, where no step rounds the distance.
         let flying = airframes(&[[0.0, 0.0], [0.0, 2.0], [0.0, 7.0]]);
-        let mut collisions = Collisions::new(2.0, 5.0, 3);
+        let mut collisions = Collisions::new(2.0, 5.0);
         assert_eq!(begun(&mut collisions, &flying), []);
-        let near: Vec<_> = collisions.near(&flying, &[]).iter().map(|one| (one.uav, one.with)).collect();
+        let near: Vec<_> =
+            collisions.near(&flying, &ByX::new(&flying), &[]).iter().map(|one| (one.uav, one.with)).collect();
         assert_eq!(near, [(UavId(1), Collider::Uav(UavId(2)))], "the third is 5 m away");
     }
 
     #[test]
     fn a_uav_collides_with_an_obstacle_at_its_edge() {
         let obstacle = ObstacleSection::standing("mast", [0.0, 0.0], 10.0, 20.0);
-        let mut collisions = Collisions::new(2.0, 2.0, 2);
+        let mut collisions = Collisions::new(2.0, 2.0);
         let flying = airframes(&[[0.0, 9.999], [0.0, -10.001]]);
         let obstacles = [Obstacle::new(&obstacle, 0.0)];
         assert_eq!(collisions.begun(&flying, &obstacles, &[]), [(UavId(1), Collider::Obstacle(0))]);
@@ -173,7 +161,7 @@ mod tests {
             }
         }
         assert!(expected.len() > 10);
-        let found: BTreeSet<_> = begun(&mut Collisions::new(2.0, 2.0, 400), &flying).into_iter().collect();
+        let found: BTreeSet<_> = begun(&mut Collisions::new(2.0, 2.0), &flying).into_iter().collect();
         assert_eq!(found, expected);
     }
 }

@@ -12,6 +12,7 @@
 
 pub mod airframe;
 pub mod airspace;
+mod by_x;
 mod collisions;
 mod encounters;
 mod flight_hash;

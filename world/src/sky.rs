@@ -4,6 +4,7 @@
 
 use crate::{
     Airframe, Refusal,
+    by_x::ByX,
     collisions::Collisions,
     encounters::Encounters,
     intruder::{Intruder, Radar},
@@ -22,6 +23,7 @@ use ringwing_scenario::{Scenario, StartState, fault::schedule::AirframeFault};
 pub struct Sky {
     now: Tick,
     airframes: Vec<Airframe>,
+    by_x: ByX,
     /// Those of each UAV, UAV 1 first; empty if all are perfect.
     sensors: Vec<Sensors>,
     airframe_faults: Vec<AirframeFault>,
@@ -49,12 +51,13 @@ impl Sky {
         let approach_s = Tick::APPROACH.seconds(scenario.time.rate_hz);
         Self {
             now: Tick::APPROACH,
-            collisions: Collisions::new(distance_m, near_miss_m, airframes.len()),
+            collisions: Collisions::new(distance_m, near_miss_m),
             encounters: Encounters::new(near_miss_m, distance_m),
             sensors: airframes
                 .iter()
                 .filter_map(|airframe| Sensors::new(scenario, airframe.uav(), airframe.pose()))
                 .collect(),
+            by_x: ByX::new(&airframes),
             airframes,
             airframe_faults: scenario.schedule().airframe_faults(),
             obstacles: scenario.all_obstacles().iter().map(|one| Obstacle::new(one, approach_s)).collect(),
@@ -149,12 +152,11 @@ impl Sky {
         let range_m = self.traffic_range_m.filter(|_| self.airframes[uav.index()].is_flying())?;
         let own = self.airframes[uav.index()].pose().position;
         let mut nearest = Nearest::none();
-        let others = self.airframes.iter().filter(|other| other.is_flying() && other.uav() != uav);
-        for other in others {
-            // Squares are enough to compare, and this runs for every pair of UAVs in every tick.
-            let squared_m2 = (other.pose().position - own).norm_squared();
-            if squared_m2 <= range_m * range_m {
-                nearest.add(squared_m2, Aircraft::Uav(other.uav()));
+        for other in self.by_x.others(uav, range_m) {
+            // Squares are enough to compare, and this runs for every pair of UAVs that are near in x, in every tick.
+            let squared_m2 = (other.position - own).norm_squared();
+            if squared_m2 <= range_m * range_m && self.airframes[other.uav.index()].is_flying() {
+                nearest.add(squared_m2, Aircraft::Uav(other.uav));
             }
         }
         for intruder in &self.intruders {
@@ -232,7 +234,8 @@ impl Sky {
         self.intruders.iter_mut().for_each(|intruder| intruder.move_to(time_s));
         self.read_sensors();
         // Only now is everything at the same tick.
-        let near = self.collisions.near(&self.airframes, &self.intruders);
+        self.by_x.update(&self.airframes);
+        let near = self.collisions.near(&self.airframes, &self.by_x, &self.intruders);
         for (uav, with) in self.collisions.begun(&self.airframes, &self.obstacles, &near) {
             let position_m = self.airframes[uav.index()].pose().position.into();
             events.push(Event::Collision { uav, with, position_m });
@@ -261,9 +264,10 @@ impl Nearest {
         Self { found: [(f64::INFINITY, Aircraft::Uav(UavId(0))); MAX_SENSED_AIRCRAFT], count: 0, omitted: 0 }
     }
 
-    /// Puts `who` in its place. At equal distances the one that was added first is the nearer.
+    /// Puts `who` in its place. At equal distances the lower number is the nearer, and a UAV is nearer than an intruder: the report
+    /// must not depend on the order in which they are added.
     fn add(&mut self, squared_m2: f64, who: Aircraft) {
-        let place = self.found[..self.count].partition_point(|(known, _)| *known <= squared_m2);
+        let place = self.found[..self.count].partition_point(|known| *known <= (squared_m2, who));
         if self.count == MAX_SENSED_AIRCRAFT {
             self.omitted += 1;
             if place == MAX_SENSED_AIRCRAFT {

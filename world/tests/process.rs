@@ -8,7 +8,7 @@ use ringwing_bus::{
     Services, Stamps, Wire, create_node, report, services,
 };
 use ringwing_flight::{
-    Account, Command, JournalEntry, JournalHeader, LeaderState, Pace, Part, Roster, Tick, UavId, WorldReport,
+    Account, Command, JournalEntry, JournalHeader, LeaderState, Part, Roster, Tick, UavId, WorldReport,
 };
 use ringwing_scenario::{Scenario, start};
 use ringwing_world::{Airspace, WorldArgs, run};
@@ -43,14 +43,14 @@ impl Everybody {
         let node = create_node(owner.domain(), "everybody").unwrap();
         let held = Services::create(&node, owner.domain(), &scenario, 1024).unwrap();
         let boards = BoardAccess { node: &node, gate: &gate };
-        let commands: Vec<_> = UavId::all(UAVS)
-            .map(|uav| services::command(uav, Pace::Lockstep).writer(boards).unwrap())
-            .collect();
+        let pace = scenario.pace();
+        let commands: Vec<_> =
+            UavId::all(UAVS).map(|uav| services::command(uav, pace).writer(boards).unwrap()).collect();
         let accounts = UavId::all(UAVS)
             .zip(&commands)
-            .map(|(uav, command)| command.beside(&services::account(uav, Pace::Lockstep)).unwrap())
+            .map(|(uav, command)| command.beside(&services::account(uav, pace)).unwrap())
             .collect();
-        let leader = services::leader(UAVS, Pace::Lockstep).writer(boards).unwrap();
+        let leader = services::leader(UAVS, pace).writer(boards).unwrap();
         let args = WorldArgs { member: MemberArgs { domain: owner.domain().id().clone(), launcher: None } };
         let mut everybody = Self {
             airspace: Airspace::new(&scenario, &start::states(&scenario).unwrap()),
@@ -143,7 +143,8 @@ impl Everybody {
         self.world.take().unwrap().join().unwrap().unwrap();
         let report: WorldReport = self.owner.domain().report(report::WORLD).unwrap().unwrap();
         assert_eq!(report.unanswered_ticks, 0);
-        assert_eq!(WorldReport { latency: None, ..report }, self.airspace.report());
+        // Only the process knows wall-clock times.
+        assert_eq!(WorldReport { latency: None, late_max_us: 0.0, ..report }, self.airspace.report());
     }
 }
 
@@ -177,6 +178,23 @@ fn a_flight_ends_at_its_last_tick_with_the_airspaces_report() {
     everybody.fly_last_tick();
     everybody.assert_same_report();
     assert!(everybody.airspace.report().complete);
+}
+
+#[test]
+fn in_real_time_the_clock_starts_once_all_have_answered_for_the_first_time() {
+    let mut everybody = Everybody::new("time.real_time = true\ntime.rate_hz = 10\ntime.duration_s = 0.3");
+    for slow in [-1, 0] {
+        assert_eq!(everybody.await_tick(), Tick(slow));
+        // Four deadlines would pass meanwhile.
+        thread::sleep(Duration::from_millis(400));
+        UavId::all(UAVS).for_each(|uav| everybody.answer(turn(Tick(slow), uav)));
+        everybody.lead(Tick(slow));
+        everybody.end_tick();
+    }
+    everybody.fly(3, &[1, 2, 3], turn);
+    everybody.fly_last_tick();
+    // The airspace knows of no missed deadline and of no reused command.
+    everybody.assert_same_report();
 }
 
 #[test]

@@ -17,8 +17,8 @@ const INTRUDER: u32 = 1 << 30;
 #[repr(transparent)]
 pub struct AircraftId(u32);
 
-/// Who an [`AircraftId`] names.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Who an [`AircraftId`] names; UAVs come before intruders.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Aircraft {
     /// A UAV of the swarm.
     Uav(UavId),

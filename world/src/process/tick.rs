@@ -9,7 +9,11 @@ use super::{
 use crate::{Airspace, CommandCounts, Refusal, Sensing};
 use ringwing_bus::{BusError, Lateness, PacedTick, Stamps, TickProbe, monotonic_ns};
 use ringwing_flight::{Command, Event, Tick, TickTiming, UavId};
-use std::{hint::black_box, thread};
+use std::{hint::black_box, thread, time::Duration};
+
+/// How long a flight in real time waits for the first answers. 1000 UAVs on two cores need about 0.1 s. A longer limit delays a flight
+/// whose agents do not answer from the beginning; a shorter one lets a large swarm on a busy machine miss its first deadlines.
+const FIRST_ANSWERS_LIMIT: Duration = Duration::from_secs(1);
 
 /// A command that the world has read, and when.
 struct SeenAnswer {
@@ -23,7 +27,12 @@ impl<P: TickProbe> World<'_, P> {
         self.open_tick()?;
         match self.clock {
             TickClock::Lockstep => self.wait_for_answers()?,
-            TickClock::RealTime(_) => self.wait_for_deadline()?,
+            TickClock::RealTime(_) => {
+                if self.airspace.now() <= Tick(0) {
+                    self.wait_for_first_answers()?;
+                }
+                self.wait_for_deadline()?;
+            }
         }
         self.end_tick()
     }
@@ -96,6 +105,16 @@ impl<P: TickProbe> World<'_, P> {
         for part in self.answers.give_up() {
             self.log_event(Event::ProcessSilent { part, waited_s })?;
         }
+        Ok(())
+    }
+
+    /// In real time: starts the clock once all have answered the approach and tick 0. There each process touches its code and its
+    /// memory for the first time, so a large swarm would miss the first deadlines.
+    fn wait_for_first_answers(&mut self) -> Result<(), BusError> {
+        let has_all = |world: &Self| world.answers.missing().next().is_none();
+        self.await_answers()?;
+        wait_until(self, FIRST_ANSWERS_LIMIT, has_all, Self::wait_mode, Self::look_again)?;
+        self.restart_deadlines();
         Ok(())
     }
 
