@@ -69,19 +69,23 @@ impl<P: TickProbe> World<'_, P> {
 
     /// In lockstep: waits until every process on the roster has answered, and gives up those that do not.
     fn wait_for_answers(&mut self) -> Result<(), BusError> {
-        let has_all = |world: &Self| world.answers.missing().next().is_none();
         let is_hold_over =
-            |world: &Self| has_all(world) || !world.holds.is_for_replacement(world.answers.roster());
+            |world: &Self| world.has_all_answers() || !world.holds.is_for_replacement(world.answers.roster());
         let (answer_timeout, hold_timeout) = (self.holds.answer_timeout, self.holds.hold_timeout);
         // Wait even if no answer is missing, so that a process that was given up is heard when it answers again.
         self.await_answers()?;
-        let mut end = wait_until(self, answer_timeout, has_all, Self::wait_mode, Self::look_again)?;
+        let mut end =
+            wait_until(self, answer_timeout, Self::has_all_answers, Self::wait_mode, Self::look_again)?;
         if end == WaitEnd::Overdue && self.holds.is_for_replacement(self.answers.roster()) {
             // A leader that replaces a lost one needs the time to start, and then its own time to answer.
             wait_until(self, hold_timeout, is_hold_over, Self::wait_mode, Self::look_again)?;
-            end = wait_until(self, answer_timeout, has_all, Self::wait_mode, Self::look_again)?;
+            end = wait_until(self, answer_timeout, Self::has_all_answers, Self::wait_mode, Self::look_again)?;
         }
         if end == WaitEnd::Overdue { self.give_up() } else { Ok(()) }
+    }
+
+    fn has_all_answers(&self) -> bool {
+        self.answers.missing().next().is_none()
     }
 
     fn await_answers(&mut self) -> Result<(), BusError> {
@@ -111,9 +115,8 @@ impl<P: TickProbe> World<'_, P> {
     /// In real time: starts the clock once all have answered the approach and tick 0. There each process touches its code and its
     /// memory for the first time, so a large swarm would miss the first deadlines.
     fn wait_for_first_answers(&mut self) -> Result<(), BusError> {
-        let has_all = |world: &Self| world.answers.missing().next().is_none();
         self.await_answers()?;
-        wait_until(self, FIRST_ANSWERS_LIMIT, has_all, Self::wait_mode, Self::look_again)?;
+        wait_until(self, FIRST_ANSWERS_LIMIT, Self::has_all_answers, Self::wait_mode, Self::look_again)?;
         self.restart_deadlines();
         Ok(())
     }
