@@ -9,6 +9,7 @@ use rustix::{
 };
 use std::{
     hint::spin_loop,
+    mem,
     thread::{available_parallelism, yield_now},
     time::Duration,
 };
@@ -76,6 +77,11 @@ const LONG_YIELD_NS: u64 = 500_000;
 /// How much longer a yield may take for each process of the run that shares the core: all of them may have their turn
 /// before it returns. A smaller value makes a crowd take its own work for a disturbance, and fall asleep.
 const TURN_NS: u64 = 40_000;
+/// How long a process that waits for answers stays on its core after a yield, while none comes. By then the others on this
+/// core have had their turn, and the missing answers come from other cores, one every few microseconds. A longer time
+/// keeps a core from those who still have to answer; with a shorter one the process yields right before the last answer, and
+/// all others on its core have their turn for nothing before it can go on.
+const STAY_NS: u64 = 6_000;
 /// How often a spinning process checks between two yields. More see a change sooner on a core of its own; fewer waste
 /// less where processes share one.
 const CHECKS_PER_YIELD: u32 = 100;
@@ -109,6 +115,22 @@ impl WaitStrategy {
 
     /// Yields until `condition` holds; false when it is time to sleep, or for a spinning process to look around.
     pub(crate) fn yield_until(&mut self, condition: impl Fn() -> bool) -> bool {
+        self.yield_and_stay_until(condition, |now_ns| now_ns)
+    }
+
+    /// Like [`yield_until`](Self::yield_until), for a process that waits for several others on other cores: it keeps its
+    /// core while `count` grows.
+    pub(crate) fn yield_until_counted(
+        &mut self,
+        condition: impl Fn() -> bool,
+        count: impl Fn() -> u32,
+    ) -> bool {
+        let stay_ns = if let Kind::Yielding(policy) = &self.0 { policy.stay_ns } else { 0 };
+        let stay = |now_ns| stay_while_growing(now_ns, stay_ns, &condition, &count);
+        self.yield_and_stay_until(&condition, stay)
+    }
+
+    fn yield_and_stay_until(&mut self, condition: impl Fn() -> bool, stay: impl Fn(u64) -> u64) -> bool {
         if condition() {
             return true;
         }
@@ -118,7 +140,7 @@ impl WaitStrategy {
                 if !policy.pays_at(now_ns) {
                     return false;
                 }
-                let outcome = yield_until(now_ns, policy.long_yield_ns, &condition);
+                let outcome = yield_until(now_ns, policy.long_yield_ns, &condition, stay);
                 policy.note(outcome);
                 outcome.held
             }
@@ -150,7 +172,7 @@ impl WaitStrategy {
         // Ends by itself if the tick does not come: once it is late by the lead, the time to stand by is over.
         while !condition() && due.until_stand_by(now_ns).is_zero() {
             yield_now();
-            let then_ns = std::mem::replace(&mut now_ns, monotonic_ns());
+            let then_ns = mem::replace(&mut now_ns, monotonic_ns());
             if now_ns - then_ns > LONG_YIELD_NS {
                 *waits_until_retry = *retry_after;
                 *retry_after = (*retry_after * 2).min(TIMED_RETRY_WAITS_MAX);
@@ -187,12 +209,19 @@ impl WaitStrategy {
 
 /// How many of `processes` share a core of this machine when they are spread evenly.
 pub fn processes_per_core(processes: u32) -> u32 {
-    processes.div_ceil(available_parallelism().map_or(1, |cores| cores.get() as u32))
+    processes.div_ceil(cores())
+}
+
+/// How many cores of this machine the process may use.
+fn cores() -> u32 {
+    available_parallelism().map_or(1, |cores| cores.get() as u32)
 }
 
 /// Decides whether yielding pays, from what the last yields cost.
 #[derive(Debug)]
 struct YieldPolicy {
+    /// How long to keep the core while no answer comes; 0 if there is no other core from which one could come.
+    stay_ns: u64,
     /// A yield that takes longer has cost a time slice.
     long_yield_ns: u64,
     /// Yielding does not pay before this time.
@@ -205,7 +234,8 @@ impl YieldPolicy {
     /// The policy where so many processes of the run share a core.
     fn new(processes_per_core: u32) -> Self {
         let long_yield_ns = LONG_YIELD_NS + TURN_NS * u64::from(processes_per_core);
-        Self { long_yield_ns, pauses_until_ns: 0, pause_ns: PAUSE_MIN_NS }
+        let stay_ns = if cores() > 1 { STAY_NS } else { 0 };
+        Self { stay_ns, long_yield_ns, pauses_until_ns: 0, pause_ns: PAUSE_MIN_NS }
     }
 
     fn pays_at(&self, now_ns: u64) -> bool {
@@ -237,14 +267,23 @@ struct YieldOutcome {
     ended_ns: u64,
 }
 
-/// Yields until `condition` holds, a yield takes `long_yield_ns`, or it is time to sleep. It is `start_ns` now.
-fn yield_until(start_ns: u64, long_yield_ns: u64, condition: impl Fn() -> bool) -> YieldOutcome {
+/// Yields until `condition` holds, a yield takes `long_yield_ns`, or it is time to sleep. It is `start_ns` now. After a yield
+/// that has not brought it, calls `stay` with the time, which returns the time of its end.
+fn yield_until(
+    start_ns: u64,
+    long_yield_ns: u64,
+    condition: impl Fn() -> bool,
+    stay: impl Fn(u64) -> u64,
+) -> YieldOutcome {
     let mut before_ns = start_ns;
     for yields in 1.. {
         yield_now();
-        let held = condition();
-        let now_ns = monotonic_ns();
+        let mut now_ns = monotonic_ns();
         let lost_slice = now_ns - before_ns >= long_yield_ns;
+        if !condition() && !lost_slice {
+            now_ns = stay(now_ns);
+        }
+        let held = condition();
         // Both limits are needed: on an idle core all yields return at once, and in a crowd a few of them take the
         // whole time.
         let is_enough = yields >= YIELDS_MIN && now_ns - start_ns >= YIELDING_MIN_NS;
@@ -254,6 +293,26 @@ fn yield_until(start_ns: u64, long_yield_ns: u64, condition: impl Fn() -> bool) 
         before_ns = now_ns;
     }
     unreachable!("the loop has no end")
+}
+
+/// Keeps the core until `condition` holds or `count` has not grown for `stay_ns`. It is `start_ns` now; returns the time of
+/// the end.
+fn stay_while_growing(
+    start_ns: u64,
+    stay_ns: u64,
+    condition: impl Fn() -> bool,
+    count: impl Fn() -> u32,
+) -> u64 {
+    let (mut counted, mut grew_ns, mut now_ns) = (count(), start_ns, start_ns);
+    while !condition() && now_ns - grew_ns < stay_ns {
+        spin_loop();
+        now_ns = monotonic_ns();
+        let before = mem::replace(&mut counted, count());
+        if counted != before {
+            grew_ns = now_ns;
+        }
+    }
+    now_ns
 }
 
 /// Checks `condition` for a bounded number of times; returns whether it held.
@@ -280,6 +339,7 @@ fn sleep_until(time: Duration) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::cell::Cell;
 
     const HELD: YieldOutcome = YieldOutcome { held: true, lost_slice: false, ended_ns: 0 };
     const NOT_HELD: YieldOutcome = YieldOutcome { held: false, ..HELD };
@@ -324,19 +384,36 @@ mod tests {
 
     #[test]
     fn a_process_yields_often_and_long_enough_before_it_sleeps() {
-        let (checks, start_ns) = (std::cell::Cell::new(0_u32), monotonic_ns());
-        let outcome = yield_until(start_ns, u64::MAX, || {
+        let (checks, start_ns) = (Cell::new(0_u32), monotonic_ns());
+        let check = || {
             checks.set(checks.get() + 1);
             false
-        });
+        };
+        let outcome = yield_until(start_ns, u64::MAX, check, |now_ns| now_ns);
         assert_eq!(told(outcome), NOT_HELD);
         assert!(checks.get() >= YIELDS_MIN && monotonic_ns() - start_ns >= YIELDING_MIN_NS);
     }
 
     #[test]
     fn a_yield_that_takes_too_long_has_lost_a_time_slice() {
-        assert_eq!(told(yield_until(monotonic_ns(), 0, || true)), lost_slice(0));
-        assert_eq!(told(yield_until(monotonic_ns(), u64::MAX, || true)), HELD);
+        assert_eq!(told(yield_until(monotonic_ns(), 0, || true, |now_ns| now_ns)), lost_slice(0));
+        assert_eq!(told(yield_until(monotonic_ns(), u64::MAX, || true, |now_ns| now_ns)), HELD);
+    }
+
+    #[test]
+    fn a_process_keeps_its_core_while_answers_come_and_gives_it_back_when_they_stop() {
+        let counted = Cell::new(0);
+        let count_to = |end: u32| {
+            counted.set(end.min(counted.get() + 1));
+            counted.get()
+        };
+        let start_ns = monotonic_ns();
+        let end_ns = stay_while_growing(start_ns, STAY_NS, || counted.get() == 900, || count_to(900));
+        assert_eq!(counted.get(), 900, "ended early, after {} ns", end_ns - start_ns);
+        let start_ns = monotonic_ns();
+        let end_ns = stay_while_growing(start_ns, STAY_NS, || false, || count_to(900));
+        assert!(end_ns - start_ns >= STAY_NS && end_ns <= monotonic_ns());
+        assert_eq!(stay_while_growing(7, STAY_NS, || true, || 0), 7);
     }
 
     #[test]

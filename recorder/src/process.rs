@@ -8,6 +8,7 @@ mod observation;
 mod ports;
 pub(crate) mod recording;
 mod refused_notes;
+mod turn;
 
 use crate::{RecorderError, RecorderReport, clock::Clock, log::Opening, metrics::Frame};
 use assembly::{Assembled, Assembly};
@@ -18,6 +19,7 @@ use ringwing_bus::{Gate, Member, MemberArgs, report};
 use ringwing_flight::{FormationError, Part, Tick, WorldReport};
 use ringwing_scenario::{Fault, Scenario};
 use std::{path::PathBuf, time::Duration};
+use turn::Turn;
 
 /// Records the flight of a run to one MCAP file, and measures it.
 #[derive(Debug, Clone, clap::Args)]
@@ -133,11 +135,13 @@ impl RecordingLoop {
     }
 
     fn write_before(&mut self, end: i64) -> Result<(), RecorderError> {
+        let mut turn = Turn::begin();
         while let Some(assembled) = self.assembly.take_before(end) {
             let Assembled { samples, timing, .. } = &assembled;
             self.frame.refill(samples, self.clock.rate_hz());
             self.recording.observe(&self.frame, timing.as_ref())?;
             self.assembly.recycle(assembled);
+            turn.pass_if_over();
         }
         Ok(())
     }

@@ -56,7 +56,8 @@ impl Gate {
 
     /// Waits until all expected answers have come, at most for `limit`, or until somebody nudges the world.
     pub fn wait_for_answers(&self, strategy: &mut WaitStrategy, limit: Duration) {
-        if strategy.yield_until(|| self.is_answered()) || strategy.never_sleeps() {
+        let answers = || self.page[ANSWERS].load(SeqCst);
+        if strategy.yield_until_counted(|| self.is_answered(), answers) || strategy.never_sleeps() {
             return;
         }
         // Announce the sleep before the last look: an answer that comes in between then wakes the world.

@@ -13,8 +13,16 @@ use std::collections::BTreeSet;
 /// Processes that share a fault; a UAV is named by its agent. UAVs come last, by ascending number.
 type Parts = BTreeSet<Part>;
 
-/// The faults in force at a moment.
+/// Follows the faults.
 #[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct FaultWatch {
+    now: CurrentFaults,
+    /// Whether each UAV was ever in the sky, UAV 1 first.
+    seen: Vec<bool>,
+}
+
+/// The faults in force at a moment.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct CurrentFaults {
     /// Ended, and not replaced yet.
     lost: Parts,
@@ -26,8 +34,6 @@ pub(crate) struct CurrentFaults {
     collided: Parts,
     /// The sentences of link faults and delayed answers in force.
     asked: BTreeSet<String>,
-    /// Whether each UAV was ever in the sky, UAV 1 first.
-    seen: Vec<bool>,
 }
 
 /// The condition of a UAV, the mildest first.
@@ -43,9 +49,36 @@ pub(crate) enum Condition {
     Collided,
 }
 
-impl CurrentFaults {
+impl FaultWatch {
     /// Updates the faults by an event.
     pub(crate) fn on_event(&mut self, event: &Event) {
+        self.now.on_event(event);
+    }
+
+    /// Updates the failsafes by the flight modes in `frame`.
+    pub(crate) fn observe(&mut self, frame: &Frame) {
+        self.seen.resize(frame.uavs.len(), false);
+        for (number, (seen, now)) in (1..).zip(self.seen.iter_mut().zip(&frame.uavs)) {
+            let agent = Part::Agent(UavId(number));
+            let is_commanded = now.state.as_ref().map(TrueState::is_commanded);
+            *seen |= is_commanded.is_some();
+            // A UAV that left the sky has vanished by its failsafe; one that was never there has not started yet.
+            if is_commanded.unwrap_or(!*seen) {
+                self.now.failsafe.remove(&agent);
+            } else {
+                self.now.failsafe.insert(agent);
+            }
+        }
+    }
+
+    /// The faults in force.
+    pub(crate) fn now(&self) -> &CurrentFaults {
+        &self.now
+    }
+}
+
+impl CurrentFaults {
+    fn on_event(&mut self, event: &Event) {
         use ProcessAction::{Freeze, Kill, Start, Stop, Thaw};
         match event {
             // The launcher reports an end that was requested as a fault, and any other as a loss.
@@ -80,22 +113,6 @@ impl CurrentFaults {
                 }
             }
             _ => {}
-        }
-    }
-
-    /// Updates the failsafes by the flight modes in `frame`.
-    pub(crate) fn observe(&mut self, frame: &Frame) {
-        self.seen.resize(frame.uavs.len(), false);
-        for (number, (seen, now)) in (1..).zip(self.seen.iter_mut().zip(&frame.uavs)) {
-            let agent = Part::Agent(UavId(number));
-            let is_commanded = now.state.as_ref().map(TrueState::is_commanded);
-            *seen |= is_commanded.is_some();
-            // A UAV that left the sky has vanished by its failsafe; one that was never there has not started yet.
-            if is_commanded.unwrap_or(!*seen) {
-                self.failsafe.remove(&agent);
-            } else {
-                self.failsafe.insert(agent);
-            }
         }
     }
 
@@ -172,8 +189,8 @@ mod tests {
         Event::Collision { uav: UavId(uav), with, position_m: [1.0, -2.0] }
     }
 
-    fn watch(events: &[Event]) -> CurrentFaults {
-        let mut watch = CurrentFaults::default();
+    fn watch(events: &[Event]) -> FaultWatch {
+        let mut watch = FaultWatch::default();
         for event in events {
             watch.on_event(event);
         }
@@ -185,12 +202,12 @@ mod tests {
         let (end, then) = (ProcessEnd::Killed(9), AfterLoss::Replaced);
         let mut watch =
             watch(&[Event::ProcessFrozen { part: agent(2) }, Event::ProcessLost { part: LEADER, end, then }]);
-        assert_eq!(watch.message(3).summary, "lost: leader; frozen: uav 2");
-        assert_eq!(watch.condition(2), Condition::Lost);
+        assert_eq!(watch.now().message(3).summary, "lost: leader; frozen: uav 2");
+        assert_eq!(watch.now().condition(2), Condition::Lost);
         watch.on_event(&Event::ProcessThawed { part: agent(2) });
         watch.on_event(&Event::ProcessReady { part: LEADER });
-        assert_eq!(watch, CurrentFaults::default());
-        assert_eq!(watch.message(0).summary, "none");
+        assert_eq!(watch, FaultWatch::default());
+        assert_eq!(watch.now().message(0).summary, "none");
     }
 
     #[test]
@@ -200,17 +217,20 @@ mod tests {
             fault(agent(3), ProcessAction::Kill { returns: true }),
             Event::LinkFault { sentence: sentence() },
         ]);
-        assert_eq!(watch.message(0).summary, "lost: uav 3; link 2->3 hold");
+        assert_eq!(watch.now().message(0).summary, "lost: uav 3; link 2->3 hold");
         watch.on_event(&Event::FaultHealed { sentence: sentence() });
         watch.on_event(&fault(agent(3), ProcessAction::Start));
-        assert_eq!(watch, CurrentFaults::default());
+        assert_eq!(watch, FaultWatch::default());
     }
 
     #[test]
     fn both_uavs_of_a_collision_stay_collided() {
         let watch = watch(&[hit(9, Collider::Uav(UavId(10))), hit(3, Collider::Obstacle(0))]);
-        assert_eq!(watch.message(0).collided_names, ["uav 3", "uav 9", "uav 10"]);
-        assert_eq!((watch.condition(9), watch.condition(1)), (Condition::Collided, Condition::Sound));
+        assert_eq!(watch.now().message(0).collided_names, ["uav 3", "uav 9", "uav 10"]);
+        assert_eq!(
+            (watch.now().condition(9), watch.now().condition(1)),
+            (Condition::Collided, Condition::Sound)
+        );
     }
 
     #[test]
@@ -221,21 +241,21 @@ mod tests {
         let message = EventWriter::new(&scenario).message(&event);
         assert_eq!(message.text, "uav 1 and uav 2 at (1.0, -2.0) m");
         let watch = watch(&[message.event().unwrap().event]);
-        assert_eq!(watch.message(0).collided_names, ["uav 1"]);
-        assert_eq!(watch.condition(2), Condition::Sound);
+        assert_eq!(watch.now().message(0).collided_names, ["uav 1"]);
+        assert_eq!(watch.now().condition(2), Condition::Sound);
     }
 
     #[test]
     fn a_uav_that_loiters_or_left_the_sky_is_in_its_failsafe() {
         let scenario = testing::ring_of(3, 40.0);
-        let mut watch = CurrentFaults::default();
+        let mut watch = FaultWatch::default();
         let mut frame = testing::at_rest(&scenario, 0);
         frame.uavs[2].state = None;
         watch.observe(&frame);
-        assert_eq!(watch.message(0).failsafe, 0, "a UAV that never started is not in its failsafe");
+        assert_eq!(watch.now().message(0).failsafe, 0, "a UAV that never started is not in its failsafe");
         frame.uavs[0].state.as_mut().unwrap().mode = FlightMode::LOITER;
         frame.uavs[1].state = None;
         watch.observe(&frame);
-        assert_eq!(watch.message(1).failsafe_names, ["uav 1", "uav 2"]);
+        assert_eq!(watch.now().message(1).failsafe_names, ["uav 1", "uav 2"]);
     }
 }

@@ -4,7 +4,7 @@
 //! everything once more, with the trails and faults that it learned from the log.
 
 use super::{
-    faults::CurrentFaults,
+    faults::{CurrentFaults, FaultWatch},
     geo::Earth,
     scene::{self, CraftScene, Mover, Trails},
     timing::TimingWatch,
@@ -72,9 +72,9 @@ pub(crate) struct Viewer {
     closes: bool,
     /// Age from which data have the colour of alarm: the airframe's own limit for commands.
     stale_s: f64,
-    watch: CurrentFaults,
+    watch: FaultWatch,
     /// The faults as last shown; `None` before the first view.
-    shown: Option<Faults>,
+    shown: Option<CurrentFaults>,
     /// The ring as last drawn; `None` before the first view.
     drawn: Option<LivingRing>,
     timing: TimingWatch,
@@ -98,7 +98,7 @@ impl Viewer {
             earth: Earth::new(scenario),
             stale_s: scenario.airframe.command_timeout_s,
             closes: scenario.control.ring_closes,
-            watch: CurrentFaults::default(),
+            watch: FaultWatch::default(),
             shown: None,
             drawn: None,
             timing: TimingWatch::default(),
@@ -144,7 +144,7 @@ impl Viewer {
                 .then(|| scene::leader_path(&self.path, self.scenario.time.duration_s, clock, tick)),
             ring: due(LINKS_HZ).and_then(|()| scene::ring(frame, self.closes, self.stale_s, clock)),
             trails: due(TRAILS_HZ).map(|()| self.trails.scene(frame)),
-            uavs: self.craft.scene(frame, &self.watch, clock),
+            uavs: self.craft.scene(frame, self.watch.now(), clock),
             wind: due(LINKS_HZ).and_then(|()| scene::wind(frame, self.spacing_m, self.reach_m, clock)),
             metrics: due(STATES_HZ).map(|()| SwarmMetrics::of(moment, &frame.ring)),
             state: due(STATES_HZ).map(|()| SwarmState::of(frame)),
@@ -172,13 +172,12 @@ impl Viewer {
 
     /// The faults, if they changed or are due.
     fn faults(&mut self, tick: i64) -> Option<Faults> {
-        let message = self.watch.message(tick);
-        // Compare messages, not the faults themselves, which also remember what no message shows. Only the tick may differ.
-        let has_changed = self.shown.as_mut().is_none_or(|shown| {
-            shown.tick = tick;
-            *shown != message
-        });
-        (has_changed || self.clock.is_due(tick, FAULTS_HZ)).then(|| self.shown.insert(message).clone())
+        let now = self.watch.now();
+        let has_changed = self.shown.as_ref() != Some(now);
+        if has_changed {
+            self.shown = Some(now.clone());
+        }
+        (has_changed || self.clock.is_due(tick, FAULTS_HZ)).then(|| now.message(tick))
     }
 }
 

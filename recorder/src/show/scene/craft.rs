@@ -218,7 +218,7 @@ pub(super) fn outline() -> impl Iterator<Item = (f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing;
+    use crate::{show::faults::FaultWatch, testing};
     use ringwing_flight::{Event, Part, UavId};
 
     fn names(scene: &SceneUpdate) -> Vec<(&str, &str)> {
@@ -228,30 +228,30 @@ mod tests {
     #[test]
     fn every_change_gives_a_scene_of_all_uavs() {
         let scenario = testing::ring_of(3, 40.0);
-        let (mut craft, mut faults) = (CraftScene::new(3, 40.0), CurrentFaults::default());
+        let (mut craft, mut faults) = (CraftScene::new(3, 40.0), FaultWatch::default());
         let mut frame = testing::at_rest(&scenario, 0);
         let mut scene = |frame: &Frame, faults: &CurrentFaults| {
             craft.observe(frame);
             craft.scene(frame, faults, Clock::new(100))
         };
-        let first = scene(&frame, &faults).unwrap();
+        let first = scene(&frame, faults.now()).unwrap();
         assert_eq!(names(&first), [("uav_001", "1"), ("uav_002", "2"), ("uav_003", "3")]);
-        assert_eq!(scene(&frame, &faults), None);
+        assert_eq!(scene(&frame, faults.now()), None);
         faults.on_event(&Event::ProcessFrozen { part: Part::Agent(UavId(2)) });
-        assert_eq!(names(&scene(&frame, &faults).unwrap())[1], ("uav_002", "2 lost"));
+        assert_eq!(names(&scene(&frame, faults.now()).unwrap())[1], ("uav_002", "2 lost"));
         frame.uavs[0].state.as_mut().unwrap().mode = FlightMode::HOLD;
         faults.observe(&frame);
-        let held = scene(&frame, &faults).unwrap();
+        let held = scene(&frame, faults.now()).unwrap();
         assert_eq!((names(&held)[0], held.entities[0].triangles.len()), (("uav_001", "1 hold"), 0));
         frame.uavs[2].state = None;
         faults.observe(&frame);
-        assert_eq!(names(&scene(&frame, &faults).unwrap())[2], ("map", "3 vanished"));
+        assert_eq!(names(&scene(&frame, faults.now()).unwrap())[2], ("map", "3 vanished"));
     }
 
     #[test]
     fn in_a_large_swarm_a_uav_is_named_only_while_it_has_news() {
         let scenario = testing::ring_of(13, 40.0);
-        let (mut craft, mut faults) = (CraftScene::new(13, 40.0), CurrentFaults::default());
+        let (mut craft, mut faults) = (CraftScene::new(13, 40.0), FaultWatch::default());
         let mut named_at = |tick: i64, faults: &CurrentFaults| {
             let frame = testing::at_rest(&scenario, tick);
             craft.observe(&frame);
@@ -259,11 +259,11 @@ mod tests {
             let names = scene.entities.iter().flat_map(|one| &one.texts).map(|text| text.text.clone());
             Some(names.collect::<Vec<_>>())
         };
-        assert_eq!(named_at(0, &faults), Some(vec![]));
+        assert_eq!(named_at(0, faults.now()), Some(vec![]));
         faults.on_event(&Event::ProcessFrozen { part: Part::Agent(UavId(7)) });
-        assert_eq!(named_at(100, &faults), Some(vec!["7 lost".to_owned()]));
-        assert_eq!(named_at(899, &faults), None, "still named");
-        assert_eq!(named_at(900, &faults), Some(vec![]), "8 s later");
+        assert_eq!(named_at(100, faults.now()), Some(vec!["7 lost".to_owned()]));
+        assert_eq!(named_at(899, faults.now()), None, "still named");
+        assert_eq!(named_at(900, faults.now()), Some(vec![]), "8 s later");
     }
 
     #[test]
