@@ -130,6 +130,7 @@ impl WaitStrategy {
         self.yield_and_stay_until(&condition, stay)
     }
 
+    /// Yields until `condition` holds, and calls `stay` between two yields, which may keep the core for a while.
     fn yield_and_stay_until(&mut self, condition: impl Fn() -> bool, stay: impl Fn(u64) -> u64) -> bool {
         if condition() {
             return true;
