@@ -79,8 +79,9 @@ pub(crate) fn lock_memory() -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ringwing_bus::Cores;
 
-    const ASKED: Placement = Placement { pin: true, priority: Some(7) };
+    const ASKED: Placement = Placement { cores: Cores::OneEach, priority: Some(7) };
 
     #[test]
     fn what_is_permitted_is_used_without_a_note() {
@@ -92,7 +93,7 @@ mod tests {
     fn what_is_not_permitted_is_left_out_with_a_note() {
         let refusal = PlacementError { priority: 7, source: io::Error::from_raw_os_error(1) };
         let urgency = permitted(ASKED, Some(&refusal), false);
-        assert_eq!(urgency.placement, Placement { pin: true, priority: None });
+        assert_eq!(urgency.placement, Placement { cores: Cores::OneEach, priority: None });
         assert!(!urgency.lock_memory);
         let [priority, memory] = urgency.notes.as_slice() else { panic!("{urgency:?}") };
         assert!(
@@ -104,7 +105,7 @@ mod tests {
 
     #[test]
     fn memory_is_locked_only_for_a_priority() {
-        let urgency = permitted(Placement { pin: true, priority: None }, None, false);
+        let urgency = permitted(Placement { cores: Cores::OneEach, priority: None }, None, false);
         assert!(!urgency.lock_memory && urgency.notes.is_empty(), "{urgency:?}");
     }
 

@@ -1,11 +1,13 @@
 //! Machines that are too small: the run says before it starts what it lacks, or flies to its end, and leaves nothing behind.
+//! Machines with two cores: which of them a swarm uses.
 //!
 //! Some tests mount a small file system in a namespace of their own. Where that is not permitted, they say so and pass.
 
-use crate::harness::{Swarm, log::Log, log_in, newest_run, ringwing};
-use ringwing_bus::Demand;
-use ringwing_flight::Part;
+use crate::harness::{Swarm, log::Log, log_in, newest_run, ringwing, send, wait_until};
+use ringwing_bus::{Demand, usable_cores};
+use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Scenario, Wake};
+use rustix::process::Signal;
 use std::{
     fs,
     os::unix::fs::MetadataExt,
@@ -223,7 +225,7 @@ fn a_summary_that_cannot_be_written_is_printed_and_fails_the_command() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .unwrap();
-    let folder = crate::harness::wait_until("the run's folder is there", || {
+    let folder = wait_until("the run's folder is there", || {
         let folder = newest_run(out.path())?;
         folder.join("scenario.toml").exists().then_some(folder)
     });
@@ -234,6 +236,41 @@ fn a_summary_that_cannot_be_written_is_printed_and_fails_the_command() {
     assert!(said.stdout.contains("\"verdict\": "), "{}", said.stdout);
     assert!(said.stderr.contains("summary.json: cannot be written"), "{}", said.stderr);
     assert!(!folder.join("summary.json.draft").exists());
+}
+
+/// The cores on which the process `pid` may run, as the kernel writes them.
+fn allowed_cores(pid: u32) -> String {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
+    line.unwrap_or_else(|| panic!("no cores in {status}")).trim().to_owned()
+}
+
+#[test]
+fn on_two_cores_a_recorded_swarm_in_lockstep_leaves_one_to_the_recorder() {
+    if usable_cores().unwrap() != 2 {
+        eprintln!("skipped: this test needs a machine on which it may use two cores");
+        return;
+    }
+    let all = allowed_cores(std::process::id());
+    for (flags, keeps_together) in [("--duration 36000", true), ("--duration 36000 --no-record", false)] {
+        let run = Swarm::fly("paper-4.2").with(flags).start();
+        run.wait_for_second(0.1);
+        let cores = |part| allowed_cores(run.process(part));
+        let of_world = cores(Part::World);
+        assert_eq!(of_world != all, keeps_together, "{flags}: the world may use {of_world}");
+        for part in [Part::Leader, Part::Agent(UavId(1)), Part::Agent(UavId(6))] {
+            assert_eq!(cores(part), of_world, "{flags}: {part}");
+        }
+        assert_eq!(cores(Part::Recorder), all, "{flags}");
+        // A replacement takes the place of the process that it replaces.
+        let killed = run.signal(Part::Leader, Signal::KILL);
+        let replacement = wait_until("the leader is replaced", || {
+            Some(run.process(Part::Leader)).filter(|process| *process != killed)
+        });
+        assert_eq!(allowed_cores(replacement), of_world, "{flags}: the replacement");
+        send(run.launcher(), Signal::TERM);
+        run.finish().assert_ended_with(1);
+    }
 }
 
 /// The log of the only run in `out`.

@@ -12,7 +12,7 @@ use crate::{
     peer_program::program::PeerProgram,
 };
 use clap::ValueEnum;
-use ringwing_bus::Placement;
+use ringwing_bus::{Cores, Placement};
 use ringwing_scenario::{PAYLOAD_MAX_BYTES, UAVS_MAX, Wake};
 use std::path::PathBuf;
 
@@ -106,7 +106,8 @@ pub struct PlacementArgs {
 impl PlacementArgs {
     /// The placement that these arguments ask for.
     pub fn placement(&self) -> Placement {
-        Placement { pin: self.pin, priority: self.priority }
+        let cores = if self.pin { Cores::OneEach } else { Cores::All };
+        Placement { cores, priority: self.priority }
     }
 
     /// The arguments as a command line has them.

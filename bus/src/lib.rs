@@ -68,7 +68,7 @@ pub use journal::{JournalReader, JournalWriter};
 pub use member::{Member, MemberArgs};
 pub use node::{BusNode, create_node};
 pub use observer::{OBSERVE, Observer};
-pub use placement::{Placement, PlacementError};
+pub use placement::{Cores, Placement, PlacementError, usable_cores};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
 pub use process::{
     close_files_on_spawn, die_with, heeded, is_running, raise_open_files_limit, stop_self,

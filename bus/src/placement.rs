@@ -17,10 +17,22 @@ const NORMAL_PRIORITY: u8 = 47;
 /// The scheduling that a started process inherits.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Placement {
-    /// Pin each process to one core, round robin.
-    pub pin: bool,
+    /// The cores that it may use.
+    pub cores: Cores,
     /// Run in the real-time class `SCHED_FIFO` with this priority, from 1 to 99.
     pub priority: Option<u8>,
+}
+
+/// The cores that a process may use, of those that whoever starts it may use.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Cores {
+    /// All.
+    #[default]
+    All,
+    /// One for each process, round robin.
+    OneEach,
+    /// The same one for every process, counted round robin.
+    Same(usize),
 }
 
 /// The kernel refuses the real-time priority.
@@ -44,8 +56,13 @@ impl Placement {
     /// Gives this thread the core and the priority of process number `index`, for good. Start all other processes first:
     /// they would inherit the one core.
     pub fn take(self, index: usize) -> io::Result<()> {
-        if self.pin {
-            sched_setaffinity(None, &one_core(&sched_getaffinity(None)?, index))?;
+        let core = match self.cores {
+            Cores::All => None,
+            Cores::OneEach => Some(index),
+            Cores::Same(core) => Some(core),
+        };
+        if let Some(core) = core {
+            sched_setaffinity(None, &one_core(&sched_getaffinity(None)?, core))?;
         }
         self.priority.map_or(Ok(()), set_fifo)
     }
@@ -60,17 +77,26 @@ impl Placement {
         if self.priority.is_some() {
             set_normal()?;
         }
-        if self.pin {
+        if self.cores != Cores::All {
             sched_setaffinity(None, &before)?;
         }
         started
     }
 }
 
-/// The core for the process number `index` among `all` cores, round robin.
+/// How many cores this thread may use.
+pub fn usable_cores() -> io::Result<usize> {
+    Ok(usable(&sched_getaffinity(None)?).count())
+}
+
+/// The cores in `all`: a container may allow just some of the machine's.
+fn usable(all: &CpuSet) -> impl Iterator<Item = usize> {
+    (0..CpuSet::MAX_CPU).filter(|cpu| all.is_set(*cpu))
+}
+
+/// The core number `index` of those in `all`, round robin.
 fn one_core(all: &CpuSet, index: usize) -> CpuSet {
-    // Only the cores that this thread may use: a container may allow just some of the machine's.
-    let usable: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|cpu| all.is_set(*cpu)).collect();
+    let usable: Vec<usize> = usable(all).collect();
     let mut one = CpuSet::new();
     one.set(usable[index % usable.len()]);
     one
@@ -114,7 +140,7 @@ mod tests {
 
     #[test]
     fn starting_an_urgent_process_restores_the_niceness_of_this_thread() {
-        let urgent = Placement { pin: false, priority: Some(1) };
+        let urgent = Placement { cores: Cores::All, priority: Some(1) };
         if urgent.check().is_err() {
             return; // Not permitted on this machine, so `start` would refuse.
         }
@@ -124,7 +150,7 @@ mod tests {
 
     #[test]
     fn a_thread_that_takes_a_place_keeps_it() {
-        let pinned = Placement { pin: true, priority: None };
+        let pinned = Placement { cores: Cores::OneEach, priority: None };
         let (all, taken) = std::thread::spawn(move || {
             let all = sched_getaffinity(None).unwrap();
             pinned.take(1).unwrap();
@@ -136,9 +162,23 @@ mod tests {
     }
 
     #[test]
+    fn processes_that_keep_together_get_the_same_core() {
+        let before = sched_getaffinity(None).unwrap();
+        assert_eq!(usable_cores().unwrap() as u32, before.count());
+        for core in [0, 1] {
+            let together = Placement { cores: Cores::Same(core), priority: None };
+            for index in [0, 3, 4] {
+                let inside = together.start(index, || Ok(sched_getaffinity(None)?)).unwrap();
+                assert!(inside == one_core(&before, core), "process {index}");
+            }
+        }
+        assert!(sched_getaffinity(None).unwrap() == before);
+    }
+
+    #[test]
     fn a_started_process_inherits_one_core_and_this_thread_keeps_all() {
         let before = sched_getaffinity(None).unwrap();
-        let pinned = Placement { pin: true, priority: None };
+        let pinned = Placement { cores: Cores::OneEach, priority: None };
         let inside = pinned.start(1, || Ok(sched_getaffinity(None)?)).unwrap();
         assert!(inside.count() == 1 && inside == one_core(&before, 1));
         assert!(sched_getaffinity(None).unwrap() == before);

@@ -64,7 +64,7 @@ pub(super) fn check_cores() -> Check {
 
 /// Whether `run --real-time --priority` gets what it asks for. Nothing else needs it, so the machine is fit without.
 pub(super) fn check_real_time() -> Check {
-    let refused = Placement { pin: false, priority: Some(1) }.check().err();
+    let refused = Placement { priority: Some(1), ..Placement::default() }.check().err();
     let priority = match &refused {
         None => "priorities are permitted".into(),
         Some(refusal) => {

@@ -15,6 +15,7 @@ mod pause;
 mod ports;
 mod process_table;
 mod progress;
+mod seating;
 mod spawner;
 mod stepper;
 mod supervisor;

@@ -2,9 +2,13 @@
 //!
 //! Must never wait for a process: its start and its end are reported to the [inbox](super::inbox) later.
 
-use super::{LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper};
+use super::{
+    LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper, seating::swarm_keeps_together,
+};
 use ringwing_bench::MeasureArgs;
-use ringwing_bus::{DomainId, Starter, close_files_on_spawn, without_restartable_sequences};
+use ringwing_bus::{
+    Cores, DomainId, Placement, Starter, close_files_on_spawn, usable_cores, without_restartable_sequences,
+};
 use ringwing_flight::{Part, UavId};
 use ringwing_programs::UNBUFFERED;
 use ringwing_scenario::AgentSection;
@@ -85,7 +89,7 @@ impl<'a> Spawner<'a> {
         let (variable, value) = without_restartable_sequences();
         command.env(variable, value);
         let failed = move |source| LaunchError::Spawn { what: part.to_string(), source };
-        let placement = self.plan.placement;
+        let placement = self.placement(part).map_err(failed)?;
         let start = move || {
             let reader = pipe.map(|pipe| pipe.open(&mut command)).transpose()?;
             let child = placement.start(part.index(), || command.spawn()).map_err(failed)?;
@@ -96,6 +100,18 @@ impl<'a> Spawner<'a> {
             self.output.add(reader);
         }
         Ok(pid)
+    }
+
+    /// Where the process `part` runs.
+    fn placement(&self, part: Part) -> io::Result<Placement> {
+        let asked = self.plan.placement;
+        // The recorder stays free to move: beside a busy program, the kernel then finds the better core for it.
+        let may_keep_together = self.log.is_some() && part != Part::Recorder;
+        if !may_keep_together || !swarm_keeps_together(&self.plan.scenario, usable_cores()?) {
+            return Ok(asked);
+        }
+        // By the number of this process, so that runs beside one another tend to use different cores.
+        Ok(Placement { cores: Cores::Same(std::process::id() as usize), ..asked })
     }
 
     /// Starts the viewer, which is to listen at `address`; returns its id, and what it prints.

@@ -1,0 +1,49 @@
+//! On which cores the processes of a run fly.
+//!
+//! Must never slow down a program of the user's, nor touch a flight in real time: there the user decides.
+
+use ringwing_scenario::{Scenario, Wake};
+
+/// The largest swarm that leaves a core to the recorder. A larger one would start later, because its processes start on
+/// one core, and would fly no faster. A smaller limit gives the gain away in swarms that have it.
+const UAVS_MAX: u32 = 16;
+
+/// Whether the world, the leader and the agents of a recorded flight of `scenario` keep to one core, on a machine with so
+/// many usable `cores`.
+///
+/// A recorder needs about as much processor time per tick as a small swarm. On two cores that share everything, it keeps some
+/// of the agents waiting in each tick, and the world waits for those. If the swarm keeps to one core, both work at full
+/// speed. With three cores or more, the kernel finds one for the recorder by itself.
+pub(super) fn swarm_keeps_together(scenario: &Scenario, cores: usize) -> bool {
+    let is_lockstep = !scenario.time.real_time && scenario.ipc.wake != Wake::Spin;
+    let is_light = scenario.formation.uavs <= UAVS_MAX && scenario.first_own_agent().is_none();
+    cores == 2 && is_lockstep && is_light
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ringwing_scenario::AgentSection;
+
+    #[test]
+    fn a_small_swarm_of_built_in_agents_in_lockstep_keeps_together_on_two_cores() {
+        let scenario = Scenario::default();
+        assert!(swarm_keeps_together(&scenario, 2));
+        assert!(!swarm_keeps_together(&scenario, 1) && !swarm_keeps_together(&scenario, 3));
+    }
+
+    #[test]
+    fn all_others_use_all_cores() {
+        let changes: [fn(&mut Scenario); 4] = [
+            |scenario| scenario.time.real_time = true,
+            |scenario| scenario.ipc.wake = Wake::Spin,
+            |scenario| scenario.formation.uavs = UAVS_MAX + 1,
+            |scenario| scenario.agents.push(AgentSection::parse("1=own").unwrap()),
+        ];
+        for (number, change) in changes.iter().enumerate() {
+            let mut scenario = Scenario::default();
+            change(&mut scenario);
+            assert!(!swarm_keeps_together(&scenario, 2), "change {number}");
+        }
+    }
+}
