@@ -4,7 +4,7 @@ use crate::harness::{
     Swarm,
     bench::{Bench, Benched, assert_gone, domain_in, processes_with, samples, samples_above},
     log::Log,
-    ringwing, send, wait_until,
+    ringwing, send, status_of, wait_until,
 };
 use ringwing_bus::Domain;
 use ringwing_flight::Tick;
@@ -337,11 +337,6 @@ fn a_killed_hub_ends_its_peers_and_fails_only_its_case() {
     assert!(failed.len() == 1 && failed[0]["case"]["subject"] == "tcp", "{}", bench.results);
 }
 
-/// The cores on which a process may run, from its `/proc/<pid>/status`.
-fn allowed_cores(status: &str) -> Option<&str> {
-    status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).map(str::trim)
-}
-
 #[test]
 fn pinned_processes_run_on_one_core_each_and_on_all_cores_together() {
     let bench =
@@ -352,8 +347,7 @@ fn pinned_processes_run_on_one_core_each_and_on_all_cores_together() {
         for text in [" agent --uav 1 ", " agent --uav 2 ", "--member 0 ", "--member 1 "] {
             let processes = bench.processes();
             let process = processes.iter().find(|(_, line)| line.contains(text));
-            let status = process.and_then(|(pid, _)| fs::read_to_string(format!("/proc/{pid}/status")).ok());
-            if let Some(allowed) = status.as_deref().and_then(allowed_cores) {
+            if let Some(allowed) = process.and_then(|(pid, _)| status_of(*pid, "Cpus_allowed_list")) {
                 let core =
                     allowed.parse().unwrap_or_else(|_| panic!("{text}: more than one core: {allowed}"));
                 cores.insert(text, core);

@@ -3,7 +3,7 @@
 //!
 //! Some tests mount a small file system in a namespace of their own. Where that is not permitted, they say so and pass.
 
-use crate::harness::{Swarm, log::Log, log_in, newest_run, ringwing, send, wait_until};
+use crate::harness::{Swarm, log::Log, log_in, newest_run, ringwing, send, status_of, wait_until};
 use ringwing_bus::{Demand, usable_cores};
 use ringwing_flight::{Part, UavId};
 use ringwing_scenario::{Scenario, Wake};
@@ -238,19 +238,13 @@ fn a_summary_that_cannot_be_written_is_printed_and_fails_the_command() {
     assert!(!folder.join("summary.json.draft").exists());
 }
 
-/// The cores on which the process `pid` may run, as the kernel writes them.
-fn allowed_cores(pid: u32) -> String {
-    let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
-    line.unwrap_or_else(|| panic!("no cores in {status}")).trim().to_owned()
-}
-
 #[test]
 fn on_two_cores_a_recorded_swarm_in_lockstep_leaves_one_to_the_recorder() {
     if usable_cores().unwrap() != 2 {
         eprintln!("skipped: this test needs a machine on which it may use two cores");
         return;
     }
+    let allowed_cores = |process| status_of(process, "Cpus_allowed_list").unwrap();
     let all = allowed_cores(std::process::id());
     for (flags, keeps_together) in [("--duration 36000", true), ("--duration 36000 --no-record", false)] {
         let run = Swarm::fly("paper-4.2").with(flags).start();

@@ -1,6 +1,6 @@
 //! `ringwing margin`: the same answer on any number of threads, errors that say what to do, and theory beside the flights.
 
-use crate::harness::{ringwing, send, wait_until};
+use crate::harness::{ringwing, send, status_of, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 use std::{
@@ -103,9 +103,7 @@ fn an_interrupted_search_says_so() {
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // The handler of signals is there before the first flight.
     wait_until("the search flies", || {
-        let stat = fs::read_to_string(format!("/proc/{}/status", child.id())).ok()?;
-        let threads =
-            stat.lines().find_map(|line| line.strip_prefix("Threads:"))?.trim().parse::<u32>().ok()?;
+        let threads: u32 = status_of(child.id(), "Threads")?.parse().ok()?;
         (threads > 2).then_some(())
     });
     send(child.id(), Signal::INT);

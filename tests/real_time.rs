@@ -1,6 +1,6 @@
 //! Real time: the world keeps to the wall clock and does not wait for late processes.
 
-use crate::harness::{Swarm, ringwing, send};
+use crate::harness::{Swarm, ringwing, send, status_of};
 use ringwing_flight::{Part, UavId};
 use rustix::process::Signal;
 use std::{
@@ -67,27 +67,21 @@ fn pinning_and_a_priority_are_refused_without_real_time() {
     }
 }
 
-/// The value of `key` in the `/proc/<pid>/status` of a process.
-fn value<'s>(status: &'s str, key: &str) -> &'s str {
-    let value = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
-    value.unwrap_or_else(|| panic!("no {key} in {status}")).trim()
-}
-
 #[test]
 fn processes_are_pinned_urgent_and_locked_where_that_is_permitted() {
     let run = Swarm::fly("paper-4.1").with("--real-time --duration 2 --pin --priority 10").start();
     let process = run.process(Part::Agent(UavId(2)));
-    let read = |name: &str| fs::read_to_string(format!("/proc/{process}/{name}")).unwrap();
-    let (status, stat) = (read("status"), read("stat"));
+    let [cores, locked] = ["Cpus_allowed_list", "VmLck"].map(|key| status_of(process, key).unwrap());
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
     let run = run.finish();
     run.assert_nothing_left();
     assert_eq!(run.summary["failures"].as_array().unwrap().len(), 0, "{}", run.stderr);
-    assert!(value(&status, "Cpus_allowed_list").parse::<u32>().is_ok(), "more than one core: {status}");
+    assert!(cores.parse::<u32>().is_ok(), "more than one core: {cores}");
     // Fields 40 and 41 of the line, counted from 1, are the priority and the policy, where 1 is SCHED_FIFO. The first two
     // fields end at the bracket.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     let is_refused = run.stderr.contains("--priority 10 is not permitted");
     assert_eq!((fields[37], fields[38]), if is_refused { ("0", "0") } else { ("10", "1") });
     let is_unlocked = run.stderr.contains("locking memory is not permitted");
-    assert_eq!(value(&status, "VmLck") == "0 kB", is_unlocked, "{status}");
+    assert_eq!(locked == "0 kB", is_unlocked, "{locked} locked");
 }

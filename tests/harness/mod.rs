@@ -319,6 +319,13 @@ pub fn processes_of(domain: &DomainId) -> Vec<String> {
         .collect()
 }
 
+/// What the kernel says about `process` under `key`, such as `Cpus_allowed_list`; `None` if it has ended.
+pub fn status_of(process: u32, key: &str) -> Option<String> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let value = status.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
+    Some(value?.trim().to_owned())
+}
+
 /// Sends `signal` to `process`.
 pub fn send(process: u32, signal: Signal) {
     let pid = Pid::from_raw(process.cast_signed()).expect("a process id");
