@@ -2,6 +2,7 @@
 //!
 //! Must never slow down a program of the user's, nor touch a flight in real time: there the user decides.
 
+use ringwing_bus::Placement;
 use ringwing_scenario::{Scenario, Wake};
 
 /// The largest swarm that leaves a core to the recorder. A larger one would start later, because its processes start on
@@ -9,27 +10,39 @@ use ringwing_scenario::{Scenario, Wake};
 const UAVS_MAX: u32 = 16;
 
 /// Whether the world, the leader and the agents of a recorded flight of `scenario` keep to one core, on a machine with so
-/// many usable `cores`.
+/// many usable `cores`, where the user has `asked` for this placement.
 ///
 /// A recorder needs about as much processor time per tick as a small swarm. On two cores that share everything, it keeps some
 /// of the agents waiting in each tick, and the world waits for those. If the swarm keeps to one core, both work at full
 /// speed. With three cores or more, the kernel finds one for the recorder by itself.
-pub(super) fn swarm_keeps_together(scenario: &Scenario, cores: usize) -> bool {
+pub(super) fn swarm_keeps_together(scenario: &Scenario, asked: Placement, cores: usize) -> bool {
     let is_lockstep = !scenario.time.real_time && scenario.ipc.wake != Wake::Spin;
     let is_light = scenario.formation.uavs <= UAVS_MAX && scenario.first_own_agent().is_none();
-    cores == 2 && is_lockstep && is_light
+    cores == 2 && asked == Placement::default() && is_lockstep && is_light
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ringwing_bus::Cores;
     use ringwing_scenario::AgentSection;
+
+    const NOTHING: Placement = Placement { cores: Cores::All, priority: None };
 
     #[test]
     fn a_small_swarm_of_built_in_agents_in_lockstep_keeps_together_on_two_cores() {
         let scenario = Scenario::default();
-        assert!(swarm_keeps_together(&scenario, 2));
-        assert!(!swarm_keeps_together(&scenario, 1) && !swarm_keeps_together(&scenario, 3));
+        assert!(swarm_keeps_together(&scenario, NOTHING, 2));
+        assert!(!swarm_keeps_together(&scenario, NOTHING, 1) && !swarm_keeps_together(&scenario, NOTHING, 3));
+    }
+
+    #[test]
+    fn what_the_user_asks_for_comes_first() {
+        let pinned = Placement { cores: Cores::OneEach, ..NOTHING };
+        let urgent = Placement { priority: Some(1), ..NOTHING };
+        for asked in [pinned, urgent] {
+            assert!(!swarm_keeps_together(&Scenario::default(), asked, 2), "{asked:?}");
+        }
     }
 
     #[test]
@@ -43,7 +56,7 @@ mod tests {
         for (number, change) in changes.iter().enumerate() {
             let mut scenario = Scenario::default();
             change(&mut scenario);
-            assert!(!swarm_keeps_together(&scenario, 2), "change {number}");
+            assert!(!swarm_keeps_together(&scenario, NOTHING, 2), "change {number}");
         }
     }
 }

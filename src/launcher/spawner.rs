@@ -107,11 +107,11 @@ impl<'a> Spawner<'a> {
         let asked = self.plan.placement;
         // The recorder stays free to move: beside a busy program, the kernel then finds the better core for it.
         let may_keep_together = self.log.is_some() && part != Part::Recorder;
-        if !may_keep_together || !swarm_keeps_together(&self.plan.scenario, usable_cores()?) {
+        if !may_keep_together || !swarm_keeps_together(&self.plan.scenario, asked, usable_cores()?) {
             return Ok(asked);
         }
         // By the number of this process, so that runs beside one another tend to use different cores.
-        Ok(Placement { cores: Cores::Same(std::process::id() as usize), ..asked })
+        Ok(Placement { cores: Cores::Same(std::process::id() as usize), priority: None })
     }
 
     /// Starts the viewer, which is to listen at `address`; returns its id, and what it prints.
