@@ -68,7 +68,7 @@ pub use journal::{JournalReader, JournalWriter};
 pub use member::{Member, MemberArgs};
 pub use node::{BusNode, create_node};
 pub use observer::{OBSERVE, Observer};
-pub use placement::{Cores, Placement, PlacementError, usable_cores};
+pub use placement::{Cores, Placement, PlacementError};
 pub use probe::{NoProbe, PacedTick, Proceed, TickProbe};
 pub use process::{
     close_files_on_spawn, die_with, heeded, is_running, raise_open_files_limit, stop_self,
@@ -80,6 +80,6 @@ pub use services::Services;
 pub use stamp::{Stamps, monotonic_ns};
 pub use starter::Starter;
 pub use stop::{StopFlag, SuspendFlag};
-pub use wait_strategy::{Due, WaitStrategy, processes_per_core};
+pub use wait_strategy::{Due, WaitStrategy, processes_per_core, usable_cores};
 pub use waker::Waker;
 pub use wire::Wire;

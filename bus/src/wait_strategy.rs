@@ -210,11 +210,11 @@ impl WaitStrategy {
 
 /// How many of `processes` share a core of this machine when they are spread evenly.
 pub fn processes_per_core(processes: u32) -> u32 {
-    processes.div_ceil(cores())
+    processes.div_ceil(usable_cores())
 }
 
 /// How many cores of this machine the process may use.
-fn cores() -> u32 {
+pub fn usable_cores() -> u32 {
     available_parallelism().map_or(1, |cores| cores.get() as u32)
 }
 
@@ -235,7 +235,7 @@ impl YieldPolicy {
     /// The policy where so many processes of the run share a core.
     fn new(processes_per_core: u32) -> Self {
         let long_yield_ns = LONG_YIELD_NS + TURN_NS * u64::from(processes_per_core);
-        let stay_ns = if cores() > 1 { STAY_NS } else { 0 };
+        let stay_ns = if usable_cores() > 1 { STAY_NS } else { 0 };
         Self { stay_ns, long_yield_ns, pauses_until_ns: 0, pause_ns: PAUSE_MIN_NS }
     }
 

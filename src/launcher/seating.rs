@@ -2,20 +2,30 @@
 //!
 //! Must never slow down a program of the user's, nor touch a flight in real time: there the user decides.
 
-use ringwing_bus::Placement;
+use ringwing_bus::{Cores, Placement};
 use ringwing_scenario::{Scenario, Wake};
 
 /// The largest swarm that leaves a core to the recorder. A larger one would start later, because its processes start on
 /// one core, and would fly no faster. A smaller limit gives the gain away in swarms that have it.
 const UAVS_MAX: u32 = 16;
 
-/// Whether the world, the leader and the agents of a recorded flight of `scenario` keep to one core, on a machine with so
-/// many usable `cores`, where the user has `asked` for this placement.
+/// Where the world, the leader and the agents of a recorded flight of `scenario` run on a machine with so many usable
+/// `cores`, if the user has `asked` for this placement.
 ///
-/// A recorder needs about as much processor time per tick as a small swarm. On two cores that share everything, it keeps some
-/// of the agents waiting in each tick, and the world waits for those. If the swarm keeps to one core, both work at full
-/// speed. With three cores or more, the kernel finds one for the recorder by itself.
-pub(super) fn swarm_keeps_together(scenario: &Scenario, asked: Placement, cores: usize) -> bool {
+/// A recorder needs about as much processor time per tick as a small swarm. If both share two cores, it keeps some of the
+/// agents waiting in each tick, and the world waits for those. If the swarm keeps to one core, both work at full speed. The
+/// recorder itself stays free to move: beside a busy program, the kernel then finds the better core for it.
+pub(super) fn beside_a_recorder(scenario: &Scenario, asked: Placement, cores: u32) -> Placement {
+    if keeps_together(scenario, asked, cores) {
+        // By the number of this process, so that runs beside one another tend to use different cores.
+        Placement { cores: Cores::Same(std::process::id() as usize), priority: None }
+    } else {
+        asked
+    }
+}
+
+/// Whether the swarm keeps to one core.
+fn keeps_together(scenario: &Scenario, asked: Placement, cores: u32) -> bool {
     let is_lockstep = !scenario.time.real_time && scenario.ipc.wake != Wake::Spin;
     let is_light = scenario.formation.uavs <= UAVS_MAX && scenario.first_own_agent().is_none();
     cores == 2 && asked == Placement::default() && is_lockstep && is_light
@@ -24,7 +34,6 @@ pub(super) fn swarm_keeps_together(scenario: &Scenario, asked: Placement, cores:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ringwing_bus::Cores;
     use ringwing_scenario::AgentSection;
 
     const NOTHING: Placement = Placement { cores: Cores::All, priority: None };
@@ -32,8 +41,8 @@ mod tests {
     #[test]
     fn a_small_swarm_of_built_in_agents_in_lockstep_keeps_together_on_two_cores() {
         let scenario = Scenario::default();
-        assert!(swarm_keeps_together(&scenario, NOTHING, 2));
-        assert!(!swarm_keeps_together(&scenario, NOTHING, 1) && !swarm_keeps_together(&scenario, NOTHING, 3));
+        assert!(keeps_together(&scenario, NOTHING, 2));
+        assert!(!keeps_together(&scenario, NOTHING, 1) && !keeps_together(&scenario, NOTHING, 3));
     }
 
     #[test]
@@ -41,7 +50,7 @@ mod tests {
         let pinned = Placement { cores: Cores::OneEach, ..NOTHING };
         let urgent = Placement { priority: Some(1), ..NOTHING };
         for asked in [pinned, urgent] {
-            assert!(!swarm_keeps_together(&Scenario::default(), asked, 2), "{asked:?}");
+            assert_eq!(beside_a_recorder(&Scenario::default(), asked, 2), asked);
         }
     }
 
@@ -56,7 +65,7 @@ mod tests {
         for (number, change) in changes.iter().enumerate() {
             let mut scenario = Scenario::default();
             change(&mut scenario);
-            assert!(!swarm_keeps_together(&scenario, NOTHING, 2), "change {number}");
+            assert!(!keeps_together(&scenario, NOTHING, 2), "change {number}");
         }
     }
 }

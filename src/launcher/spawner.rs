@@ -2,12 +2,10 @@
 //!
 //! Must never wait for a process: its start and its end are reported to the [inbox](super::inbox) later.
 
-use super::{
-    LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper, seating::swarm_keeps_together,
-};
+use super::{LaunchError, Plan, lifecycle::ProcessSignal, output_keeper::OutputKeeper, seating};
 use ringwing_bench::MeasureArgs;
 use ringwing_bus::{
-    Cores, DomainId, Placement, Starter, close_files_on_spawn, usable_cores, without_restartable_sequences,
+    DomainId, Placement, Starter, close_files_on_spawn, usable_cores, without_restartable_sequences,
 };
 use ringwing_flight::{Part, UavId};
 use ringwing_programs::UNBUFFERED;
@@ -33,6 +31,8 @@ pub(super) struct Spawner<'a> {
     domain: DomainId,
     /// Where the recorder writes its log, if it writes one.
     log: Option<PathBuf>,
+    /// Where all processes but the recorder run.
+    swarm: Placement,
     /// What the programs of the user's print.
     output: OutputKeeper,
     starter: Starter,
@@ -51,7 +51,11 @@ impl<'a> Spawner<'a> {
     ) -> Self {
         // To the millisecond: the flight begins a fraction of a second later.
         let started_at = humantime::format_rfc3339_millis(SystemTime::now()).to_string();
-        Self { plan, domain: domain.clone(), log, output, starter, started_at }
+        let swarm = match log {
+            Some(_) => seating::beside_a_recorder(&plan.scenario, plan.placement, usable_cores()),
+            None => plan.placement,
+        };
+        Self { plan, domain: domain.clone(), log, swarm, output, starter, started_at }
     }
 
     /// What a user types to start `part` by hand.
@@ -89,7 +93,7 @@ impl<'a> Spawner<'a> {
         let (variable, value) = without_restartable_sequences();
         command.env(variable, value);
         let failed = move |source| LaunchError::Spawn { what: part.to_string(), source };
-        let placement = self.placement(part).map_err(failed)?;
+        let placement = if part == Part::Recorder { self.plan.placement } else { self.swarm };
         let start = move || {
             let reader = pipe.map(|pipe| pipe.open(&mut command)).transpose()?;
             let child = placement.start(part.index(), || command.spawn()).map_err(failed)?;
@@ -100,18 +104,6 @@ impl<'a> Spawner<'a> {
             self.output.add(reader);
         }
         Ok(pid)
-    }
-
-    /// Where the process `part` runs.
-    fn placement(&self, part: Part) -> io::Result<Placement> {
-        let asked = self.plan.placement;
-        // The recorder stays free to move: beside a busy program, the kernel then finds the better core for it.
-        let may_keep_together = self.log.is_some() && part != Part::Recorder;
-        if !may_keep_together || !swarm_keeps_together(&self.plan.scenario, asked, usable_cores()?) {
-            return Ok(asked);
-        }
-        // By the number of this process, so that runs beside one another tend to use different cores.
-        Ok(Placement { cores: Cores::Same(std::process::id() as usize), priority: None })
     }
 
     /// Starts the viewer, which is to listen at `address`; returns its id, and what it prints.
