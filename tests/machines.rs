@@ -1,5 +1,5 @@
 //! Machines that are too small: the run says before it starts what it lacks, or flies to its end, and leaves nothing behind.
-//! Machines with two cores: which of them a swarm uses.
+//! Machines with two cores: which of them a swarm uses. Machines with a few: how they share the work of a crowd.
 //!
 //! Some tests mount a small file system in a namespace of their own. Where that is not permitted, they say so and pass.
 
@@ -265,6 +265,58 @@ fn on_two_cores_a_recorded_swarm_in_lockstep_leaves_one_to_the_recorder() {
         send(run.launcher(), Signal::TERM);
         run.finish().assert_ended_with(1);
     }
+}
+
+#[test]
+fn in_a_crowd_in_real_time_every_core_has_a_thread_that_runs_when_it_is_idle() {
+    let cores = usable_cores();
+    if !(2..=4).contains(&cores) {
+        eprintln!("skipped: this test needs a machine on which it may use two to four cores");
+        return;
+    }
+    // More than 32 agents per core.
+    let crowd = format!("--uavs {} --real-time --duration 36000 --set time.rate_hz=20", 33 * cores);
+    for (flags, threads) in [(crowd.clone(), cores), (format!("{crowd} --pin"), 0)] {
+        let run = Swarm::fly("paper-4.1").with(&flags).start();
+        run.wait_for_second(1.0);
+        let idle = idle_core_threads(run.launcher());
+        assert_eq!(idle.len(), threads as usize, "{flags}: {idle:?}");
+        for (name, policy, allowed) in &idle {
+            assert_eq!(name, &format!("idle core {allowed}"), "{flags}");
+            assert_eq!(policy, SCHED_IDLE, "{flags}: {name}");
+        }
+        if threads > 0 {
+            let all = status_of(std::process::id(), "Cpus_allowed_list");
+            for uav in [1, 33 * cores] {
+                let agent = run.process(Part::Agent(UavId(uav)));
+                // A core may be taking it over at this moment, but for one turn only.
+                wait_until("the agent may use all cores", || {
+                    (status_of(agent, "Cpus_allowed_list") == all).then_some(())
+                });
+            }
+        }
+        send(run.launcher(), Signal::TERM);
+        run.finish().assert_ended_with(1);
+    }
+}
+
+/// `SCHED_IDLE` as the kernel prints it.
+const SCHED_IDLE: &str = "5";
+
+/// Name, scheduling policy and cores of each thread of `launcher` that works for an idle core.
+fn idle_core_threads(launcher: u32) -> Vec<(String, String, String)> {
+    let tasks = fs::read_dir(format!("/proc/{launcher}/task")).unwrap().flatten();
+    let thread = |task: fs::DirEntry| {
+        let read = |file| fs::read_to_string(task.path().join(file)).ok();
+        let name = read("comm")?.trim().to_owned();
+        // The policy is the 41st value, and the second, the name, may have spaces.
+        let policy = read("stat")?.rsplit_once(") ")?.1.split(' ').nth(38)?.to_owned();
+        let status = read("status")?;
+        let allowed =
+            status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?.trim().to_owned();
+        name.starts_with("idle core").then_some((name, policy, allowed))
+    };
+    tasks.filter_map(thread).collect()
 }
 
 /// The log of the only run in `out`.

@@ -60,8 +60,13 @@ impl Deadlines {
     }
 }
 
+/// Whether so many processes on each core are too many to stand by for a tick.
+pub(crate) fn is_crowd(processes_per_core: u32) -> bool {
+    processes_per_core > CROWD_MAX
+}
+
 fn lead_ns(period_ns: u64, crowd: u32) -> u64 {
-    if crowd > CROWD_MAX { 0 } else { LEAD_MAX_NS.min(period_ns / PERIODS_PER_LEAD) }
+    if is_crowd(crowd) { 0 } else { LEAD_MAX_NS.min(period_ns / PERIODS_PER_LEAD) }
 }
 
 #[cfg(test)]

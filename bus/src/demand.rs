@@ -5,9 +5,9 @@
 //! Must never look at the machine: [`Capacity`](crate::Capacity) does.
 
 use crate::{
-    BusError, Domain, ballast,
+    BusError, Domain, IdleCores, ballast,
     domain::{Reserve, reserve},
-    journal,
+    journal, usable_cores,
 };
 use ringwing_flight::{Part, ProcessAction, UavId};
 use ringwing_scenario::{Scenario, Wake, fault::Action};
@@ -114,7 +114,7 @@ impl Demand {
             journal_depths: if has_recorder { journal_depths(scenario) } else { [1, 1] },
             // The limit holds for each process by itself, so the one that opens more decides.
             descriptors: DESCRIPTORS_PER_RUN + n * launcher.max(world),
-            tasks: TASKS_PER_RUN + n,
+            tasks: TASKS_PER_RUN + n + u64::from(IdleCores::count(scenario, usable_cores())),
             other_segment_bytes: EVENT_SEGMENT_BYTES.max(ballast::segment_bytes(ballast_bytes)),
         }
     }

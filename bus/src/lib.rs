@@ -12,7 +12,8 @@
 //!   `process`, `node` and `stop` are what they need of the operating system and of iceoryx2.
 //! - `demand` is what a run takes of the machine, and `capacity` what the machine has.
 //! - `awake` holds time limits that a stopped run does not use up, and `files` writes files that are whole or not there.
-//! - `deadlines` says when ticks are due in real time, and `placement` on which core a process runs.
+//! - `deadlines` says when ticks are due in real time, `placement` on which core a process runs, and `idle_cores` lets a core
+//!   without work take over processes of a busy one.
 //! - `ballast` carries bytes for benchmarks, and `probe` is what a benchmark hooks into the loop that opens ticks.
 //!
 //! Must never decide anything about the flight: no law, no physics.
@@ -31,6 +32,7 @@ mod fault_watch;
 mod files;
 pub mod futex;
 mod gate;
+mod idle_cores;
 pub mod journal;
 mod member;
 mod node;
@@ -64,6 +66,7 @@ pub use error::BusError;
 pub use fault_watch::FaultWatch;
 pub use files::{copy_whole, write_whole, write_whole_by};
 pub use gate::{Gate, Wait};
+pub use idle_cores::IdleCores;
 pub use journal::{JournalReader, JournalWriter};
 pub use member::{Member, MemberArgs};
 pub use node::{BusNode, create_node};

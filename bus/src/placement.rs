@@ -1,7 +1,7 @@
 //! On which core a new process runs, and with which priority.
 //!
 //! Must never change the scheduling of the calling thread for longer than it takes to start one process, except where that
-//! thread takes a place itself.
+//! thread takes a place itself or makes way for all others.
 
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use std::io;
@@ -91,6 +91,11 @@ fn one_core(all: &CpuSet, index: usize) -> CpuSet {
     let mut one = CpuSet::new();
     one.set(usable[index % usable.len()]);
     one
+}
+
+/// Lets this thread run only while its core has nothing else to do.
+pub(crate) fn become_idle() -> io::Result<()> {
+    set_scheduling(ThreadPriority::Min, ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle))
 }
 
 fn set_fifo(priority: u8) -> io::Result<()> {

@@ -1,8 +1,9 @@
 //! On which cores the processes of a run fly.
 //!
-//! Must never slow down a program of the user's, nor touch a flight in real time: there the user decides.
+//! Must never slow down a program of the user's, nor give a process of a flight in real time one core for good: there the user
+//! decides.
 
-use ringwing_bus::{Cores, Placement};
+use ringwing_bus::{Cores, IdleCores, Placement};
 use ringwing_scenario::{Scenario, Wake};
 
 /// The largest swarm that leaves a core to the recorder. A larger one would start later, because its processes start on
@@ -22,6 +23,13 @@ pub(super) fn beside_a_recorder(scenario: &Scenario, asked: Placement, cores: u3
     } else {
         asked
     }
+}
+
+/// Whether cores without work take over processes of busy ones in a flight of `scenario` on a machine with so many usable
+/// `cores`, if the user has `asked` for this placement.
+pub(super) fn shares_idle_cores(scenario: &Scenario, asked: Placement, cores: u32) -> bool {
+    // Pinned processes have the core that the user wants. Linux moves those of the real-time class by itself, and at once.
+    asked == Placement::default() && IdleCores::count(scenario, cores) > 0
 }
 
 /// Whether the swarm keeps to one core.
@@ -51,6 +59,19 @@ mod tests {
         let urgent = Placement { priority: Some(1), ..NOTHING };
         for asked in [pinned, urgent] {
             assert_eq!(beside_a_recorder(&Scenario::default(), asked, 2), asked);
+        }
+    }
+
+    #[test]
+    fn a_crowd_shares_idle_cores_unless_the_user_asks_for_another_placement() {
+        let mut crowd = Scenario::default();
+        (crowd.formation.uavs, crowd.time.real_time) = (100, true);
+        assert!(shares_idle_cores(&crowd, NOTHING, 2));
+        assert!(!shares_idle_cores(&Scenario::default(), NOTHING, 2));
+        for asked in
+            [Placement { cores: Cores::OneEach, ..NOTHING }, Placement { priority: Some(1), ..NOTHING }]
+        {
+            assert!(!shares_idle_cores(&crowd, asked, 2), "{asked:?}");
         }
     }
 

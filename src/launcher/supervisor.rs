@@ -13,11 +13,13 @@ use super::{
     ports::LauncherPorts,
     process_table::ProcessTable,
     progress::Progress,
+    seating,
     spawner::{Spawner, send_signal},
     stepper::Stepper,
 };
 use ringwing_bus::{
-    AwakeClock, Domain, Gate, Patience, Shortage, Stamps, Starter, domain::Reserve, is_running, report,
+    AwakeClock, Domain, Gate, IdleCores, Patience, Shortage, Stamps, Starter, domain::Reserve, is_running,
+    report, usable_cores,
 };
 use ringwing_flight::{Event, EventMessage, Pace, Part, ProcessEnd, Tick, TimedEvent, WorldReport};
 use ringwing_recorder::log::run_folder::log_in;
@@ -178,6 +180,7 @@ impl<'a> Supervisor<'a> {
     }
 
     fn watch_flight(&mut self) -> Result<(), LaunchError> {
+        let _helpers = self.share_idle_cores()?;
         while self.stage() != RunStage::Over {
             let is_busy = self.processes.is_any_starting() || self.faults.is_busy() || self.stepper.is_busy();
             self.wait(if is_busy { BUSY_WAIT } else { IDLE_WAIT })?;
@@ -185,6 +188,15 @@ impl<'a> Supervisor<'a> {
             self.progress.update(self.gate.tick());
         }
         Ok(())
+    }
+
+    /// Starts the threads that let cores without work help busy ones, if this flight needs them.
+    fn share_idle_cores(&self) -> Result<Option<IdleCores>, LaunchError> {
+        let Plan { scenario, placement, .. } = self.plan;
+        let start = || IdleCores::start(&self.gate, scenario);
+        let helpers = seating::shares_idle_cores(scenario, *placement, usable_cores()).then(start);
+        let failed = |source| LaunchError::Spawn { what: "a thread of an idle core".into(), source };
+        helpers.transpose().map_err(failed)
     }
 
     /// Waits until all processes have left by themselves; kills frozen ones at once and late ones after a time limit.

@@ -77,7 +77,8 @@ impl Gate {
         is_new.then(|| self.current(stop))
     }
 
-    fn due(&self) -> Due {
+    /// When the next tick is due; the default in lockstep, and before the first.
+    pub(crate) fn due(&self) -> Due {
         let [at_ns, lead_ns] =
             [DUE_AT_NS, DUE_LEAD_NS].map(|number| self.page[number].load(SeqCst).cast_unsigned());
         Due { at_ns, lead_ns }

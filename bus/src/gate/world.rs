@@ -71,7 +71,12 @@ impl Gate {
 
     /// Whether as many processes have answered as the world expects.
     pub fn is_answered(&self) -> bool {
-        self.page[ANSWERS].load(SeqCst) >= self.page[EXPECTED].load(SeqCst)
+        self.missing_answers() == 0
+    }
+
+    /// How many of the answers that the world expects have not come.
+    pub(crate) fn missing_answers(&self) -> u32 {
+        self.page[EXPECTED].load(SeqCst).saturating_sub(self.page[ANSWERS].load(SeqCst))
     }
 
     /// How many times the world was nudged. When this has grown, there is news besides the answers.

@@ -1,0 +1,306 @@
+//! Threads that let a core with nothing to do take over processes that wait for another core.
+//!
+//! Linux does so by itself, but not dependably: a core that runs out of work looks for processes that wait elsewhere only as
+//! often as that has paid off before, and at other times only every 4 ms, for up to 32 of them. With 1000 UAVs on two cores,
+//! a kernel thread that keeps one core for 15 ms made 440 agents wait there, while the other core had nothing to do.
+//!
+//! Must never move a process that somebody has given cores of its own, and must never leave one on a single core.
+
+use crate::{Due, Gate, deadlines::is_crowd, futex, monotonic_ns, placement};
+use ringwing_flight::{Pace, Part, Tick, UavId};
+use ringwing_scenario::Scenario;
+use rustix::{
+    process::Pid,
+    thread::{CpuSet, sched_getaffinity, sched_setaffinity},
+};
+use std::{
+    io,
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering::SeqCst},
+    },
+    thread,
+    time::Duration,
+};
+
+/// How often in a period a core without work looks whether others wait. Less often, it finds them later; more often, it
+/// looks while the world is still waking them.
+const LOOKS_PER_PERIOD: u64 = 4;
+/// How many missing answers per core are worth a look. With fewer, most of these agents have a core already, and moving one
+/// interrupts it; with more, the last agents of a late tick get no help.
+const MISSING_PER_CORE: u32 = 8;
+/// The threads, one for each core that this process may use. They end with this value.
+#[derive(Debug)]
+pub struct IdleCores {
+    stop: Arc<AtomicU32>,
+}
+
+/// What the thread of one core needs.
+struct Helper {
+    gate: Gate,
+    stop: Arc<AtomicU32>,
+    uavs: u32,
+    period_ns: u64,
+    /// All cores that the processes of the run may use.
+    all: CpuSet,
+    /// The core of this thread.
+    here: CpuSet,
+}
+
+impl IdleCores {
+    /// How many threads help in a flight of `scenario` on a machine with so many usable `cores`.
+    ///
+    /// Only where many processes share a core: where few do, they [stand by](crate::WaitStrategy::timed) for a tick, and no
+    /// core is without work. In lockstep the next tick waits for all answers, and Linux has the time to move processes.
+    pub fn count(scenario: &Scenario, cores: u32) -> u32 {
+        let crowd = scenario.formation.uavs.div_ceil(cores);
+        let helps = scenario.pace() == Pace::RealTime && is_crowd(crowd) && cores > 1;
+        if helps { cores } else { 0 }
+    }
+
+    /// Starts the threads for a flight of `scenario` in real time. They run only while their core has nothing else to do.
+    ///
+    /// # Errors
+    /// A thread cannot be started.
+    pub fn start(gate: &Gate, scenario: &Scenario) -> io::Result<Self> {
+        let all = sched_getaffinity(None)?;
+        let helpers = Self { stop: Arc::default() };
+        for core in (0..CpuSet::MAX_CPU).filter(|core| all.is_set(*core)) {
+            let mut here = CpuSet::new();
+            here.set(core);
+            let helper = Helper {
+                gate: gate.clone(),
+                stop: helpers.stop.clone(),
+                uavs: scenario.formation.uavs,
+                period_ns: 1_000_000_000 / u64::from(scenario.time.rate_hz),
+                all,
+                here,
+            };
+            thread::Builder::new().name(format!("idle core {core}")).spawn(move || helper.work())?;
+        }
+        Ok(helpers)
+    }
+}
+
+impl Drop for IdleCores {
+    fn drop(&mut self) {
+        self.stop.store(1, SeqCst);
+        // Do not wait for the threads: on a busy machine it may take long until they get a core.
+        futex::wake_all(&self.stop);
+    }
+}
+
+impl Helper {
+    /// Helps until the flight is over.
+    fn work(&self) {
+        // Without its core or its class the thread would disturb the flight.
+        if sched_setaffinity(None, &self.here).is_err() || placement::become_idle().is_err() {
+            return;
+        }
+        while self.stop.load(SeqCst) == 0 && !self.gate.is_closed() {
+            let now_ns = monotonic_ns();
+            let look_ns = next_look(self.gate.due().at_ns, self.period_ns, now_ns);
+            futex::wait(&self.stop, 0, Duration::from_nanos(look_ns - now_ns));
+            // A long sleep has several parts.
+            if monotonic_ns() >= look_ns {
+                self.help();
+            }
+        }
+    }
+
+    /// Takes over processes that wait for another core, and lets them go when they have had their turn.
+    fn help(&self) {
+        let moved = self.take_over_late();
+        // Only now: before, each further call would have kept those waiting that come next.
+        for process in moved {
+            // One that has ended meanwhile needs no core.
+            let _ = sched_setaffinity(Some(process), &self.all);
+        }
+    }
+
+    /// Takes over whom the tick waits for, one by one, as long as this core has nothing else to do. Returns who was moved.
+    fn take_over_late(&self) -> Vec<Pid> {
+        let mut moved = Vec::new();
+        let due = self.gate.due();
+        if due != Due::default() && due.at_ns <= monotonic_ns() {
+            // The next tick should be open: the world waits for a core, too.
+            moved.extend(self.take_over(Part::World));
+        }
+        let Some(tick) = self.gate.tick() else { return moved };
+        for part in UavId::all(self.uavs).map(Part::Agent) {
+            if !self.is_needed(tick) {
+                break;
+            }
+            if !self.gate.has_answered(part) {
+                moved.extend(self.take_over(part));
+            }
+        }
+        moved
+    }
+
+    /// Whether `tick` is still open and enough of its answers are missing.
+    fn is_needed(&self, tick: Tick) -> bool {
+        self.gate.missing_answers() > MISSING_PER_CORE * self.all.count() && self.gate.tick() == Some(tick)
+    }
+
+    /// Moves the process of `part` to this core, if it may use all cores so far. It gets its turn at once, because this
+    /// thread makes way for everybody.
+    fn take_over(&self, part: Part) -> Option<Pid> {
+        let process = Pid::from_raw(self.gate.ready_process(part)?.cast_signed())?;
+        // Other cores than all are the user's choice, or another core is just taking it over.
+        let may_move = sched_getaffinity(Some(process)).ok()? == self.all;
+        (may_move && sched_setaffinity(Some(process), &self.here).is_ok()).then_some(process)
+    }
+}
+
+/// The next time to look, after `now_ns`. Looks divide the period between two deadlines, of which one is at `due_ns`; at the
+/// deadline itself nobody waits yet.
+fn next_look(due_ns: u64, period_ns: u64, now_ns: u64) -> u64 {
+    let step_ns = period_ns / LOOKS_PER_PERIOD;
+    let since_deadline_ns = (now_ns + period_ns - due_ns % period_ns) % period_ns;
+    let step = since_deadline_ns / step_ns + 1;
+    // The last step of a period ends at a deadline.
+    let step = if step < LOOKS_PER_PERIOD { step } else { LOOKS_PER_PERIOD + 1 };
+    now_ns - since_deadline_ns + step * step_ns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DomainOwner, Patience};
+    use std::process::{Child, Command};
+
+    const MS: u64 = 1_000_000;
+
+    #[test]
+    fn a_core_looks_three_times_between_two_deadlines() {
+        let looks = |now_ms: u64| next_look(1020 * MS, 20 * MS, now_ms * MS) / MS;
+        assert_eq!([1000, 1004, 1005, 1010, 1014].map(looks), [1005, 1005, 1010, 1015, 1015]);
+        // At the deadline itself the world opens the tick.
+        assert_eq!([1015, 1019, 1020].map(looks), [1025, 1025, 1025]);
+        // A deadline long ago, as in a pause, and none so far.
+        assert_eq!(looks(5000), 5005);
+        assert_eq!(next_look(0, 20 * MS, 1001 * MS), 1005 * MS);
+    }
+
+    #[test]
+    fn only_a_crowd_in_real_time_needs_help() {
+        let mut scenario = Scenario::default();
+        (scenario.formation.uavs, scenario.time.real_time) = (80, true);
+        assert_eq!([1, 2, 3].map(|cores| IdleCores::count(&scenario, cores)), [0, 2, 0]);
+        scenario.time.real_time = false;
+        assert_eq!(IdleCores::count(&scenario, 2), 0);
+    }
+
+    /// A helper on the first usable core for two UAVs, and the processes that are ready as their agents.
+    fn crowd(gate: &Gate) -> (Helper, [Sleeper; 2]) {
+        let all = sched_getaffinity(None).unwrap();
+        let mut here = CpuSet::new();
+        here.set((0..CpuSet::MAX_CPU).find(|core| all.is_set(*core)).unwrap());
+        let helper =
+            Helper { gate: gate.clone(), stop: Arc::default(), uavs: 2, period_ns: 20 * MS, all, here };
+        let agents = [1, 2].map(|uav| {
+            let agent = Sleeper::start();
+            gate.set_ready_process(Part::Agent(UavId(uav)), Some(agent.0.id()));
+            agent
+        });
+        (helper, agents)
+    }
+
+    /// A process that sleeps as long as this value exists.
+    struct Sleeper(Child);
+
+    impl Sleeper {
+        fn start() -> Self {
+            Self(Command::new("sleep").arg("60").spawn().unwrap())
+        }
+
+        fn pid(&self) -> Pid {
+            Pid::from_child(&self.0)
+        }
+
+        fn cores(&self) -> CpuSet {
+            sched_getaffinity(Some(self.pid())).unwrap()
+        }
+    }
+
+    impl Drop for Sleeper {
+        fn drop(&mut self) {
+            let _ = self.0.kill();
+            let _ = self.0.wait();
+        }
+    }
+
+    /// So many missing answers that a core without work helps.
+    fn many(helper: &Helper) -> u32 {
+        MISSING_PER_CORE * helper.all.count() + 1
+    }
+
+    #[test]
+    fn an_agent_whose_answer_is_missing_moves_for_one_turn() {
+        let (_owner, gate) = DomainOwner::create("").unwrap();
+        let (helper, agents) = crowd(&gate);
+        gate.open_tick(Tick(5), many(&helper) + 1);
+        gate.answer(Part::Agent(UavId(1)), Tick(5));
+        assert_eq!(helper.take_over_late(), [agents[1].pid()], "the first has answered");
+        assert!(agents[1].cores() == helper.here);
+        sched_setaffinity(Some(agents[1].pid()), &helper.all).unwrap();
+        helper.help();
+        assert!(agents[1].cores() == helper.all);
+    }
+
+    #[test]
+    fn an_agent_with_cores_of_its_own_keeps_them() {
+        let (_owner, gate) = DomainOwner::create("").unwrap();
+        let (helper, agents) = crowd(&gate);
+        let mut other = CpuSet::new();
+        let others =
+            (0..CpuSet::MAX_CPU).filter(|core| helper.all.is_set(*core) && !helper.here.is_set(*core));
+        others.for_each(|core| other.set(core));
+        if other.count() == 0 {
+            eprintln!("skipped: this machine has one core");
+            return;
+        }
+        sched_setaffinity(Some(agents[0].pid()), &other).unwrap();
+        gate.open_tick(Tick(5), many(&helper));
+        assert_eq!(helper.take_over_late(), [agents[1].pid()]);
+        assert!(agents[0].cores() == other);
+    }
+
+    #[test]
+    fn nobody_moves_when_few_answers_are_missing_or_no_tick_is_open() {
+        let (_owner, gate) = DomainOwner::create("").unwrap();
+        let (helper, _agents) = crowd(&gate);
+        assert_eq!(helper.take_over_late(), []);
+        gate.open_tick(Tick(5), many(&helper) - 1);
+        assert_eq!(helper.take_over_late(), []);
+    }
+
+    #[test]
+    fn a_world_that_has_not_opened_the_tick_that_is_due_moves() {
+        let (_owner, gate) = DomainOwner::create("").unwrap();
+        let (helper, _agents) = crowd(&gate);
+        let world = Sleeper::start();
+        gate.set_ready_process(Part::World, Some(world.0.id()));
+        gate.set_due(Due { at_ns: u64::MAX, lead_ns: 0 });
+        assert_eq!(helper.take_over_late(), []);
+        gate.set_due(Due { at_ns: 1, lead_ns: 0 });
+        gate.open_tick(Tick(5), 0);
+        assert_eq!(helper.take_over_late(), [world.pid()]);
+    }
+
+    #[test]
+    fn the_threads_end_with_the_flight() {
+        let (_owner, gate) = DomainOwner::create("").unwrap();
+        let mut scenario = Scenario::default();
+        (scenario.formation.uavs, scenario.time.rate_hz) = (1, 50);
+        let helpers = IdleCores::start(&gate, &scenario).unwrap();
+        let stop = helpers.stop.clone();
+        drop(helpers);
+        let mut patience = Patience::of(Duration::from_secs(60));
+        while Arc::strong_count(&stop) > 1 {
+            assert!(!patience.is_over(), "threads still run");
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
