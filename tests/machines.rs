@@ -256,6 +256,9 @@ fn on_two_cores_a_recorded_swarm_in_lockstep_leaves_one_to_the_recorder() {
             assert_eq!(cores(part), of_world, "{flags}: {part}");
         }
         assert_eq!(cores(Part::Recorder), all, "{flags}");
+        // A process on one core does not see the others, so it waits as the gate says.
+        let shared = if keeps_together { 1 } else { 2 };
+        assert_eq!(run.domain().gate().unwrap().cores(), shared, "{flags}");
         // A replacement takes the place of the process that it replaces.
         let killed = run.signal(Part::Leader, Signal::KILL);
         let replacement = wait_until("the leader is replaced", || {
@@ -285,6 +288,7 @@ fn in_a_crowd_in_real_time_every_core_has_a_thread_that_runs_when_it_is_idle() {
             assert_eq!(name, &format!("idle core {allowed}"), "{flags}");
             assert_eq!(policy, SCHED_IDLE, "{flags}: {name}");
         }
+        assert_eq!(run.domain().gate().unwrap().cores(), cores, "{flags}: pinned processes share all cores");
         if threads > 0 {
             let all = status_of(std::process::id(), "Cpus_allowed_list");
             for uav in [1, 33 * cores] {

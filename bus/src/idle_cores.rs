@@ -6,7 +6,7 @@
 //!
 //! Must never move a process that somebody has given cores of its own, and must never leave one on a single core.
 
-use crate::{Due, Gate, deadlines::is_crowd, futex, monotonic_ns, placement};
+use crate::{Due, Gate, deadlines::is_crowd, futex, monotonic_ns, placement, processes_per_core};
 use ringwing_flight::{Pace, Part, Tick, UavId};
 use ringwing_scenario::Scenario;
 use rustix::{
@@ -53,7 +53,7 @@ impl IdleCores {
     /// Only where many processes share a core: where few do, they [stand by](crate::WaitStrategy::timed) for a tick, and no
     /// core is without work. In lockstep the next tick waits for all answers, and Linux has the time to move processes.
     pub fn count(scenario: &Scenario, cores: u32) -> u32 {
-        let crowd = scenario.formation.uavs.div_ceil(cores);
+        let crowd = processes_per_core(scenario.formation.uavs, cores);
         let helps = scenario.pace() == Pace::RealTime && is_crowd(crowd) && cores > 1;
         if helps { cores } else { 0 }
     }

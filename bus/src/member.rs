@@ -84,6 +84,11 @@ impl Member {
         BoardAccess { node: &self.node, gate: &self.gate }
     }
 
+    /// How many cores the processes of the run share.
+    pub fn cores(&self) -> u32 {
+        self.gate.cores()
+    }
+
     /// Set once this process is asked to stop.
     pub fn stop(&self) -> &StopFlag {
         &self.stop

@@ -53,6 +53,14 @@ impl Placement {
         tried.map_err(|source| PlacementError { priority, source })
     }
 
+    /// How many cores the processes share, if whoever starts them may use `usable` cores.
+    pub fn shared_cores(self, usable: u32) -> u32 {
+        match self.cores {
+            Cores::All | Cores::OneEach => usable,
+            Cores::Same(_) => 1,
+        }
+    }
+
     /// Gives this thread the core and the priority of process number `index`, for good. Start all other processes first:
     /// they would inherit the one core.
     pub fn take(self, index: usize) -> io::Result<()> {
@@ -155,6 +163,12 @@ mod tests {
         .join()
         .unwrap();
         assert!(taken == one_core(&all, 1));
+    }
+
+    #[test]
+    fn processes_share_all_cores_unless_they_keep_together() {
+        let shared = |cores| Placement { cores, priority: None }.shared_cores(4);
+        assert_eq!([Cores::All, Cores::OneEach, Cores::Same(3)].map(shared), [4, 4, 1]);
     }
 
     #[test]

@@ -90,9 +90,10 @@ const CHECKS_PER_YIELD: u32 = 100;
 const YIELDS_PER_SPIN: u32 = 100;
 
 impl WaitStrategy {
-    /// For waits that end within microseconds, as in lockstep, in a run of `processes`: yields first, then sleeps.
-    pub fn yielding(processes: u32) -> Self {
-        Self(Kind::Yielding(YieldPolicy::new(processes_per_core(processes))))
+    /// For waits that end within microseconds, as in lockstep, in a run of `processes` that share so many `cores`: yields first,
+    /// then sleeps.
+    pub fn yielding(processes: u32, cores: u32) -> Self {
+        Self(Kind::Yielding(YieldPolicy::new(processes, cores)))
     }
 
     /// For waits until a time that is known, as in real time: sleeps, and is awake around that time.
@@ -208,9 +209,9 @@ impl WaitStrategy {
     }
 }
 
-/// How many of `processes` share a core of this machine when they are spread evenly.
-pub fn processes_per_core(processes: u32) -> u32 {
-    processes.div_ceil(usable_cores())
+/// How many of `processes` share each of the `cores` when they are spread evenly.
+pub fn processes_per_core(processes: u32, cores: u32) -> u32 {
+    processes.div_ceil(cores.max(1))
 }
 
 /// How many cores of this machine the process may use.
@@ -232,10 +233,10 @@ struct YieldPolicy {
 }
 
 impl YieldPolicy {
-    /// The policy where so many processes of the run share a core.
-    fn new(processes_per_core: u32) -> Self {
-        let long_yield_ns = LONG_YIELD_NS + TURN_NS * u64::from(processes_per_core);
-        let stay_ns = if usable_cores() > 1 { STAY_NS } else { 0 };
+    /// The policy where so many processes of the run share so many cores.
+    fn new(processes: u32, cores: u32) -> Self {
+        let long_yield_ns = LONG_YIELD_NS + TURN_NS * u64::from(processes_per_core(processes, cores));
+        let stay_ns = if cores > 1 { STAY_NS } else { 0 };
         Self { stay_ns, long_yield_ns, pauses_until_ns: 0, pause_ns: PAUSE_MIN_NS }
     }
 
@@ -356,14 +357,14 @@ mod tests {
 
     #[test]
     fn a_long_wait_does_not_keep_the_next_one_from_yielding() {
-        let mut policy = YieldPolicy::new(1);
+        let mut policy = YieldPolicy::new(2, 2);
         (0..100).for_each(|ended_ns| policy.note(YieldOutcome { ended_ns, ..NOT_HELD }));
         assert!(policy.pays_at(100));
     }
 
     #[test]
     fn after_a_lost_time_slice_a_process_yields_again_within_a_millisecond() {
-        let mut policy = YieldPolicy::new(1);
+        let mut policy = YieldPolicy::new(2, 2);
         policy.note(lost_slice(50));
         assert!(!policy.pays_at(50) && !policy.pays_at(49 + PAUSE_MIN_NS));
         assert!(policy.pays_at(50 + PAUSE_MIN_NS));
@@ -371,7 +372,7 @@ mod tests {
 
     #[test]
     fn lasting_disturbances_make_the_pauses_longer_and_one_good_yield_makes_them_short_again() {
-        let mut policy = YieldPolicy::new(1);
+        let mut policy = YieldPolicy::new(2, 2);
         for pause_ns in [1, 2, 4, 8].map(|factor| factor * PAUSE_MIN_NS) {
             policy.note(lost_slice(0));
             assert!(!policy.pays_at(pause_ns - 1) && policy.pays_at(pause_ns));
@@ -415,6 +416,12 @@ mod tests {
         let end_ns = stay_while_growing(start_ns, STAY_NS, || false, || count_to(900));
         assert!(end_ns - start_ns >= STAY_NS && end_ns <= monotonic_ns());
         assert_eq!(stay_while_growing(7, STAY_NS, || true, || 0), 7);
+    }
+
+    #[test]
+    fn a_process_keeps_its_core_only_if_others_have_one_too() {
+        assert_eq!([1, 2, 8].map(|cores| YieldPolicy::new(8, cores).stay_ns), [0, STAY_NS, STAY_NS]);
+        assert!(YieldPolicy::new(8, 1).long_yield_ns > YieldPolicy::new(8, 2).long_yield_ns);
     }
 
     #[test]

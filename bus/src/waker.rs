@@ -57,7 +57,7 @@ impl Waker {
             (Wake::Gate, Pace::RealTime) => Self::Gate(WaitStrategy::timed()),
             (Wake::Gate, Pace::Lockstep) => {
                 // All UAVs, the leader and the world. The recorder sleeps most of the time.
-                Self::Gate(WaitStrategy::yielding(scenario.formation.uavs + 2))
+                Self::Gate(WaitStrategy::yielding(scenario.formation.uavs + 2, member.cores()))
             }
             (Wake::Spin, _) => Self::Gate(WaitStrategy::spinning()),
             (Wake::Event, _) => Self::Events(Box::new(EventPorts::open(member.node(), notified, awaited)?)),

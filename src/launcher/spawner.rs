@@ -58,6 +58,11 @@ impl<'a> Spawner<'a> {
         Self { plan, domain: domain.clone(), log, swarm, output, starter, started_at }
     }
 
+    /// How many cores the processes share that step through time.
+    pub(super) fn swarm_cores(&self) -> u32 {
+        self.swarm.shared_cores(usable_cores())
+    }
+
     /// What a user types to start `part` by hand.
     pub(super) fn command_line(&self, part: Part) -> String {
         let arguments = self.arguments(part).join(" ");

@@ -95,6 +95,8 @@ impl<'a> Supervisor<'a> {
         }
         let log = plan.record.then(|| log_in(folder));
         let output = OutputKeeper::new(folder, inbox.sender());
+        let spawner = Spawner::new(plan, domain.id(), log, output, starter);
+        gate.set_cores(spawner.swarm_cores());
         let is_by_hand = |part| plan.needs(part) && plan.by_hand.contains(&part);
         Ok(Self {
             plan,
@@ -103,7 +105,7 @@ impl<'a> Supervisor<'a> {
             ports,
             inbox,
             janitor: Janitor::start(domain, scenario.time.rate_hz)?,
-            spawner: Spawner::new(plan, domain.id(), log, output, starter),
+            spawner,
             viewer: None,
             processes: ProcessTable::new(scenario.formation.uavs, limits(scenario), is_by_hand),
             faults: FaultQueue::new(scenario),

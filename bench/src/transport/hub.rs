@@ -40,7 +40,8 @@ pub(crate) fn run(
     placement.take(0).map_err(BenchError::system("the hub cannot be placed"))?;
     gate.set_ready_process(Part::World, Some(std::process::id()));
     let to_peers = ToPeers::open(&mut peers, case, domain)?;
-    let mut hub = Hub { case, gate, strategy: wait_strategy(case.load, case.processes()), to_peers };
+    let strategy = wait_strategy(case, &gate);
+    let mut hub = Hub { case, gate, strategy, to_peers };
     hub.run(&mut measure)?;
     measure.run_ended(&hub.gate)?;
     hub.end()?;
@@ -66,8 +67,14 @@ pub(crate) fn add_peers(trace: &mut Trace, path: &Path, peers: u32) -> Result<()
     Ok(())
 }
 
-fn wait_strategy(load: Load, processes: u32) -> WaitStrategy {
-    if load == Load::Closed { WaitStrategy::yielding(processes) } else { WaitStrategy::timed() }
+/// How a process of a measurement of `case` waits at `gate`: in a closed loop a wait ends within microseconds, and paced at a
+/// time that is known.
+pub(super) fn wait_strategy(case: &Case, gate: &Gate) -> WaitStrategy {
+    if case.load == Load::Closed {
+        WaitStrategy::yielding(case.processes(), gate.cores())
+    } else {
+        WaitStrategy::timed()
+    }
 }
 
 struct Hub<'a> {
@@ -140,9 +147,11 @@ impl Hub<'_> {
     fn deadlines(&self) -> Option<Deadlines> {
         match self.case.load {
             Load::Closed => None,
-            Load::Paced(rate_hz) => {
-                Some(Deadlines::new(rate_hz, processes_per_core(self.case.processes()), monotonic_ns()))
-            }
+            Load::Paced(rate_hz) => Some(Deadlines::new(
+                rate_hz,
+                processes_per_core(self.case.processes(), self.gate.cores()),
+                monotonic_ns(),
+            )),
         }
     }
 

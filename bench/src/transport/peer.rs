@@ -8,12 +8,13 @@
 use super::{
     connection::{PeerConnection, duplicated},
     exchange::{END, FIRST, MessageSizes, tick_of},
+    hub::wait_strategy,
     links::Links,
     mesh,
     shared_words::SharedWords,
 };
 use crate::{
-    case::{Carrier, Case, Load, Topology},
+    case::{Carrier, Case, Topology},
     error::BenchError,
     trace::{StepRecord, Trace, TraceHead},
 };
@@ -107,14 +108,9 @@ impl ToHub {
         let failed = BenchError::system("the hub cannot be reached");
         match args.case.carrier {
             Carrier::Gate | Carrier::Swarm => {
-                // As the hub does: in a closed loop a wait ends within microseconds, and paced at a time that is known.
-                let is_closed = args.case.load == Load::Closed;
-                let strategy = if is_closed {
-                    WaitStrategy::yielding(args.case.processes())
-                } else {
-                    WaitStrategy::timed()
-                };
-                Ok(Self::Gate { gate: domain.gate()?, part: args.part(), strategy, seen: None })
+                let gate = domain.gate()?;
+                let strategy = wait_strategy(&args.case, &gate);
+                Ok(Self::Gate { gate, part: args.part(), strategy, seen: None })
             }
             Carrier::Futex | Carrier::Atomic => Self::open_words(args, domain).map_err(failed),
             _ if args.case.topology == Topology::Mesh => Self::join_mesh(args).map_err(failed),

@@ -22,6 +22,12 @@ impl Gate {
         self.page[FAULTS].store(count, SeqCst);
     }
 
+    /// Sets how many cores the processes of the run share, if that is not all that this process may use. To be called
+    /// before the first of them starts.
+    pub fn set_cores(&self, cores: u32) {
+        self.page[layout::CORES].store(cores, SeqCst);
+    }
+
     /// Announces the number of `part`'s newest process, whose boards exist.
     pub(crate) fn set_incarnation(&self, part: Part, incarnation: u32) {
         self.page[layout::incarnation(part)].store(incarnation, SeqCst);

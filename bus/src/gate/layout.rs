@@ -36,6 +36,8 @@ pub(super) const BATCH: Word = Word::on(4);
 pub(super) const RECORDED: Number = Number::on(5);
 /// Launcher: 1 when the user wants the run to end.
 pub(super) const STOP: Word = Word::on(6);
+/// Launcher, once: how many cores the processes that step through time share.
+pub(super) const CORES: Word = STOP.beside(1);
 /// World: the tick that it does not open before the launcher has applied the faults due, or [`NOT_HELD`].
 pub(super) const HELD: Number = Number::on(7);
 /// World: grows each time that it begins to hold.

@@ -15,7 +15,7 @@ mod world;
 
 pub use answerer::Wait;
 
-use crate::{BusError, futex, page::Page};
+use crate::{BusError, futex, page::Page, usable_cores};
 use layout::{BATCH, CLOSED, LINES, NOT_HELD, NUDGES, ROUND, tick_of};
 use ringwing_flight::{Part, Tick};
 use std::{
@@ -41,6 +41,7 @@ impl Gate {
         let gate = Self { page: Arc::new(page), missed: None };
         // A new page is all zeros, and 0 would mean that the world holds tick 0.
         gate.release();
+        gate.set_cores(usable_cores());
         Ok(gate)
     }
 
@@ -90,6 +91,11 @@ impl Gate {
     /// Which process of `part` is the newest, counted from 1: its *incarnation*, and the boards that belong to it.
     pub fn incarnation(&self, part: Part) -> u32 {
         self.page[layout::incarnation(part)].load(SeqCst)
+    }
+
+    /// How many cores the processes of the run share. A process that is pinned to one cannot see that by itself.
+    pub fn cores(&self) -> u32 {
+        self.page[layout::CORES].load(SeqCst)
     }
 
     /// Whether the open tick goes into the journal, so that agents have to account for their commands.

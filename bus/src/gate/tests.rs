@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Due, StopFlag, WaitStrategy, monotonic_ns};
+use crate::{Due, StopFlag, WaitStrategy, monotonic_ns, usable_cores};
 use ringwing_flight::UavId;
 use std::{sync::Arc, thread};
 
@@ -26,7 +26,7 @@ fn four_threads_step_through_a_thousand_ticks_together() {
             let gate = gate.clone();
             thread::spawn(move || {
                 let (mut strategy, stop, mut seen) =
-                    (WaitStrategy::yielding(5), StopFlag::default(), Vec::new());
+                    (WaitStrategy::yielding(5, usable_cores()), StopFlag::default(), Vec::new());
                 while let Wait::Tick(tick) = gate.wait(seen.last().copied(), &mut strategy, &stop, || ()) {
                     seen.push(tick);
                     gate.answer(Part::Agent(uav), tick);
@@ -35,7 +35,7 @@ fn four_threads_step_through_a_thousand_ticks_together() {
             })
         })
         .collect();
-    let mut strategy = WaitStrategy::yielding(5);
+    let mut strategy = WaitStrategy::yielding(5, usable_cores());
     let ticks: Vec<Tick> = (-1..1000).map(Tick).collect();
     for tick in &ticks {
         gate.open_tick(*tick, 4);

@@ -88,7 +88,7 @@ impl<'m, P: TickProbe> World<'m, P> {
             holds: Holds::new(scenario, ports.journal.depth()),
             faults: FaultWatch::new(member),
             ports,
-            clock: clock(scenario),
+            clock: clock(scenario, member.cores()),
             wall_clock: WallClock::default(),
             probe,
         }
@@ -158,8 +158,8 @@ impl<'m, P: TickProbe> World<'m, P> {
     }
 }
 
-fn clock(scenario: &Scenario) -> TickClock {
-    let crowd = processes_per_core(scenario.formation.uavs + OTHERS);
+fn clock(scenario: &Scenario, cores: u32) -> TickClock {
+    let crowd = processes_per_core(scenario.formation.uavs + OTHERS, cores);
     match scenario.pace() {
         Pace::Lockstep => TickClock::Lockstep,
         Pace::RealTime => TickClock::RealTime(Deadlines::new(scenario.time.rate_hz, crowd, monotonic_ns())),
