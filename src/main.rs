@@ -54,11 +54,26 @@ use std::{io, process::ExitCode};
     after_help = EXIT_CODES
 )]
 struct Cli {
+    #[command(flatten)]
+    process: ProcessOptions,
+    #[command(subcommand)]
+    command: Option<Verb>,
+}
+
+/// The same command line, reduced to what starts a process.
+#[derive(Debug, Parser)]
+struct ProcessCli {
+    #[command(flatten)]
+    process: ProcessOptions,
+    #[command(subcommand)]
+    command: ProcessVerb,
+}
+
+#[derive(Debug, clap::Args)]
+struct ProcessOptions {
     /// (process) Keep the memory of this process in RAM
     #[arg(long, hide = true)]
     lock_memory: bool,
-    #[command(subcommand)]
-    command: Option<Verb>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -111,6 +126,16 @@ enum Verb {
         /// The shell
         shell: Shell,
     },
+    /// Write the man pages and completions that a package installs
+    #[command(hide = true)]
+    PackageFiles(package_files::PackageFilesArgs),
+    #[command(flatten)]
+    Process(ProcessVerb),
+}
+
+/// A process that another verb starts.
+#[derive(Debug, Subcommand)]
+enum ProcessVerb {
     /// (process) Fly one UAV of a run
     #[command(display_order = 100)]
     Agent(ringwing_agent::AgentArgs),
@@ -120,9 +145,6 @@ enum Verb {
     /// (process) Fly the virtual leader of a run
     #[command(display_order = 102)]
     Leader(ringwing_leader::LeaderArgs),
-    /// Write the man pages and completions that a package installs
-    #[command(hide = true)]
-    PackageFiles(package_files::PackageFilesArgs),
     /// (process) Measure one case of a benchmark
     #[command(hide = true)]
     BenchCase(Box<ringwing_bench::CaseArgs>),
@@ -171,7 +193,20 @@ fn main() -> ExitCode {
 
 /// The command line.
 fn parse() -> clap::error::Result<Cli> {
+    if let Some(ProcessCli { process, command }) = parse_process() {
+        return Ok(Cli { process, command: Some(Verb::Process(command)) });
+    }
     Cli::from_arg_matches(&help::dressed(Cli::command()).try_get_matches()?)
+}
+
+/// The command line of a process, if it is a valid one.
+///
+/// Building the whole command with its help takes as long as all else until `main`, and a run starts hundreds of processes.
+fn parse_process() -> Option<ProcessCli> {
+    let mut words = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok());
+    let verb = words.find(|word| !word.starts_with('-'))?;
+    // Its help, and what is wrong with its arguments, are told in the words of the whole command.
+    ProcessVerb::has_subcommand(&verb).then(ProcessCli::try_parse)?.ok()
 }
 
 /// Prints completions if a shell asks for them, and returns whether it does.
@@ -194,12 +229,14 @@ fn refuse_or_help(answer: &clap::Error) -> ExitCode {
 }
 
 /// Does what the arguments ask for, and says what went wrong.
-fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
+fn start(Cli { process, command }: Cli) -> ExitCode {
     // Beyond `ulimit -f` a write fails, like on a full disk: whoever writes reports it.
     if let Err(error) = ringwing_bus::survive_file_size_limit() {
         output::warning(&error);
     }
-    if lock_memory && let Err(error) = real_time::lock_memory() {
+    if process.lock_memory
+        && let Err(error) = real_time::lock_memory()
+    {
         output::warning(&format!("memory cannot be locked: {error}"));
     }
     // Before the verb begins, because a mistake in them must not end it half-way.
@@ -224,9 +261,6 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Sweep(args) => ("", sweep::run(&args)),
         Verb::Hunt(args) => ("", hunt::run(&args)),
         Verb::Shrink(args) => ("", shrink::run(&args)),
-        Verb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
-        Verb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
-        Verb::Exec(args) => ("", exec::run(&args)),
         Verb::Margin(args) => ("", margin::run(&args)),
         Verb::Replay(args) => ("", replay::run(&args)),
         Verb::Recover(args) => ("", recover_command::run(&args)),
@@ -236,13 +270,23 @@ fn start(Cli { lock_memory, command }: Cli) -> ExitCode {
         Verb::Config => ("", config::run()),
         Verb::Clean => ("", clean::run()),
         Verb::PackageFiles(args) => ("", package_files::run(&args)),
-        Verb::Agent(args) => ("agent: ", finished(ringwing_agent::run(&args))),
-        Verb::World(args) => ("world: ", bench::run_world(&args)),
-        Verb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),
-        Verb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
-        Verb::Viewer(args) => ("viewer: ", finished(ringwing_viewer::run(&args))),
+        Verb::Process(verb) => start_process(verb),
     };
     result.unwrap_or_else(|error| report(who, &error))
+}
+
+/// Runs a process to its end. Returns who it is for its errors, and how it ended.
+fn start_process(verb: ProcessVerb) -> (&'static str, anyhow::Result<ExitCode>) {
+    match verb {
+        ProcessVerb::Agent(args) => ("agent: ", finished(ringwing_agent::run(&args))),
+        ProcessVerb::World(args) => ("world: ", bench::run_world(&args)),
+        ProcessVerb::Leader(args) => ("leader: ", finished(ringwing_leader::run(&args))),
+        ProcessVerb::Recorder(args) => ("recorder: ", finished(ringwing_recorder::run(&args))),
+        ProcessVerb::Viewer(args) => ("viewer: ", finished(ringwing_viewer::run(&args))),
+        ProcessVerb::BenchCase(args) => ("bench: ", bench::run_case(&args)),
+        ProcessVerb::BenchPeer(args) => ("bench: ", bench::run_peer(&args)),
+        ProcessVerb::Exec(args) => ("", exec::run(&args)),
+    }
 }
 
 /// Prints the error that ended the command, and returns the exit code for it.
