@@ -43,7 +43,7 @@ impl Member {
         }
         set_process_name(&part.node_name());
         let domain = Domain::join(&args.domain)?;
-        let scenario = Scenario::resolved(&domain.scenario_text()?)?;
+        let scenario = Scenario::of_run(&domain.scenario_text()?)?;
         let gate = domain.gate()?;
         // Before any port is opened: the process that has the part already has the ports as well.
         check_vacant(&domain, &gate, part)?;

@@ -43,7 +43,7 @@ impl Observer {
         if answer.is_refusal() {
             return Err(BusError::NoAnswer { id: id.to_string(), problem: answer.to_string() });
         }
-        let scenario = Scenario::resolved(&domain.scenario_text()?)?;
+        let scenario = Scenario::of_run(&domain.scenario_text()?)?;
         let (gate, node) = (domain.gate()?, create_node(&domain, name)?);
         Ok(Self { domain, scenario, gate, node, stop })
     }

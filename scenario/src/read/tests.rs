@@ -216,7 +216,22 @@ fn a_wrong_value_is_reported_once() {
 #[test]
 fn the_largest_seed_survives_writing_and_reading() {
     let scenario = Scenario { seed: u64::MAX, ..Scenario::default() };
-    assert_eq!(Scenario::resolved(&scenario.to_toml()).unwrap(), scenario);
+    assert_eq!(read_back(&scenario), scenario);
+}
+
+/// What each way to read a written scenario gives.
+fn read_back(scenario: &Scenario) -> Scenario {
+    let text = scenario.to_toml();
+    let read = Scenario::resolved(&text).unwrap();
+    assert_eq!(Scenario::of_run(&text).unwrap(), read);
+    read
+}
+
+#[test]
+fn a_scenario_of_a_run_that_was_changed_by_hand_is_refused_with_its_line() {
+    let text = Scenario::default().to_toml().replace("uavs = 6", "uavs = 'six'");
+    let error = Scenario::of_run(&text).unwrap_err().to_string();
+    assert!(error.starts_with("scenario.toml:") && error.contains("formation.uavs"), "{error}");
 }
 
 #[test]
@@ -247,7 +262,7 @@ proptest! {
         };
         scenario.sensing.range_m = 1e7;
         scenario.obstacles = places.into_iter().enumerate().map(obstacle).collect();
-        let read = Scenario::resolved(&scenario.to_toml()).unwrap();
+        let read = read_back(&scenario);
         prop_assert_eq!(read.leader.start_m.map(f64::to_bits), start.map(f64::to_bits));
         prop_assert_eq!(read, scenario);
     }
@@ -387,7 +402,7 @@ fn a_track_file_becomes_part_of_the_scenario_and_its_errors_have_both_lines() {
     let scenario = Scenario::read(&source, &[]).unwrap();
     assert_eq!((scenario.leader.path.points.len(), &*scenario.leader.path.file), (3, ""));
     assert_eq!(scenario.leader_start().position.x, 5.0);
-    assert_eq!(Scenario::resolved(&scenario.to_toml()).unwrap(), scenario, "the log needs no other file");
+    assert_eq!(read_back(&scenario), scenario, "the log needs no other file");
     std::fs::remove_file(folder.join("track.csv")).unwrap();
     let gone = Scenario::read(&source, &[]).unwrap_err().to_string();
     assert!(gone.starts_with(&place) && gone.lines().count() == 1, "{gone}");
@@ -421,11 +436,7 @@ fn the_folder_of_a_program_counts_from_the_scenarios_file() {
     {
         let scenario = program(folder);
         assert_eq!(scenario.agents[0].folder, placed);
-        assert_eq!(
-            Scenario::resolved(&scenario.to_toml()).unwrap(),
-            scenario,
-            "the log means the same folder"
-        );
+        assert_eq!(read_back(&scenario), scenario, "the log means the same folder");
     }
     let here = std::env::current_dir().unwrap();
     let source = Source { name: "paper-4.1".into(), text: String::new() };
