@@ -284,9 +284,9 @@ fn in_a_crowd_in_real_time_every_core_has_a_thread_that_runs_when_it_is_idle() {
         run.wait_for_second(1.0);
         let idle = idle_core_threads(run.launcher());
         assert_eq!(idle.len(), threads as usize, "{flags}: {idle:?}");
-        for (name, policy, allowed) in &idle {
+        for (name, niceness, allowed) in &idle {
             assert_eq!(name, &format!("idle core {allowed}"), "{flags}");
-            assert_eq!(policy, SCHED_IDLE, "{flags}: {name}");
+            assert_eq!(niceness, "19", "{flags}: {name}");
         }
         assert_eq!(run.domain().gate().unwrap().cores(), cores, "{flags}: pinned processes share all cores");
         if threads > 0 {
@@ -304,21 +304,18 @@ fn in_a_crowd_in_real_time_every_core_has_a_thread_that_runs_when_it_is_idle() {
     }
 }
 
-/// `SCHED_IDLE` as the kernel prints it.
-const SCHED_IDLE: &str = "5";
-
-/// Name, scheduling policy and cores of each thread of `launcher` that works for an idle core.
+/// Name, niceness and cores of each thread of `launcher` that works for an idle core.
 fn idle_core_threads(launcher: u32) -> Vec<(String, String, String)> {
     let tasks = fs::read_dir(format!("/proc/{launcher}/task")).unwrap().flatten();
     let thread = |task: fs::DirEntry| {
         let read = |file| fs::read_to_string(task.path().join(file)).ok();
         let name = read("comm")?.trim().to_owned();
-        // The policy is the 41st value, and the second, the name, may have spaces.
-        let policy = read("stat")?.rsplit_once(") ")?.1.split(' ').nth(38)?.to_owned();
+        // The niceness is the 19th value, and the second, the name, may have spaces.
+        let niceness = read("stat")?.rsplit_once(") ")?.1.split(' ').nth(16)?.to_owned();
         let status = read("status")?;
         let allowed =
             status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?.trim().to_owned();
-        name.starts_with("idle core").then_some((name, policy, allowed))
+        name.starts_with("idle core").then_some((name, niceness, allowed))
     };
     tasks.filter_map(thread).collect()
 }

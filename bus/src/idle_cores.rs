@@ -29,6 +29,10 @@ const LOOKS_PER_PERIOD: u64 = 4;
 /// How many missing answers per core are worth a look. With fewer, most of these agents have a core already, and moving one
 /// interrupts it; with more, the last agents of a late tick get no help.
 const MISSING_PER_CORE: u32 = 8;
+/// How many processes a core takes over at once, before it lets them have their turn. With fewer, the work of moving them weighs more;
+/// with more, they wait here while the other core is free again.
+const BATCH: usize = 16;
+
 /// The threads, one for each core that this process may use. They end with this value.
 #[derive(Debug)]
 pub struct IdleCores {
@@ -93,8 +97,8 @@ impl Drop for IdleCores {
 impl Helper {
     /// Helps until the flight is over.
     fn work(&self) {
-        // Without its core or its class the thread would disturb the flight.
-        if sched_setaffinity(None, &self.here).is_err() || placement::become_idle().is_err() {
+        // On another core, or with another priority, the thread would disturb the flight.
+        if sched_setaffinity(None, &self.here).is_err() || placement::make_way().is_err() {
             return;
         }
         while self.stop.load(SeqCst) == 0 && !self.gate.is_closed() {
@@ -108,17 +112,17 @@ impl Helper {
         }
     }
 
-    /// Takes over processes that wait for another core, and lets them go when they have had their turn.
+    /// Takes over processes that wait for another core, and lets them go where they like after that.
     fn help(&self) {
         let moved = self.take_over_late();
-        // Only now: before, each further call would have kept those waiting that come next.
+        // Only now: before, it would have kept those waiting that come next.
         for process in moved {
             // One that has ended meanwhile needs no core.
             let _ = sched_setaffinity(Some(process), &self.all);
         }
     }
 
-    /// Takes over whom the tick waits for, one by one, as long as this core has nothing else to do. Returns who was moved.
+    /// Takes over whom the tick waits for, as long as this core has nothing else to do. Returns who was moved.
     fn take_over_late(&self) -> Vec<Pid> {
         let mut moved = Vec::new();
         let due = self.gate.due();
@@ -127,13 +131,16 @@ impl Helper {
             moved.extend(self.take_over(Part::World));
         }
         let Some(tick) = self.gate.tick() else { return moved };
-        for part in UavId::all(self.uavs).map(Part::Agent) {
-            if !self.is_needed(tick) {
+        let mut agents = UavId::all(self.uavs).map(Part::Agent);
+        while self.is_needed(tick) {
+            let late = agents.by_ref().filter(|part| !self.gate.has_answered(*part));
+            let before = moved.len();
+            moved.extend(late.filter_map(|part| self.take_over(part)).take(BATCH));
+            if moved.len() - before < BATCH {
                 break;
             }
-            if !self.gate.has_answered(part) {
-                moved.extend(self.take_over(part));
-            }
+            // Whoever was moved goes first: this thread is the nicest.
+            thread::yield_now();
         }
         moved
     }
@@ -143,8 +150,7 @@ impl Helper {
         self.gate.missing_answers() > MISSING_PER_CORE * self.all.count() && self.gate.tick() == Some(tick)
     }
 
-    /// Moves the process of `part` to this core, if it may use all cores so far. It gets its turn at once, because this
-    /// thread makes way for everybody.
+    /// Moves the process of `part` to this core, if it may use all cores so far.
     fn take_over(&self, part: Part) -> Option<Pid> {
         let process = Pid::from_raw(self.gate.ready_process(part)?.cast_signed())?;
         // Other cores than all are the user's choice, or another core is just taking it over.

@@ -3,7 +3,10 @@
 //! Must never change the scheduling of the calling thread for longer than it takes to start one process, except where that
 //! thread takes a place itself or makes way for all others.
 
-use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use rustix::{
+    process::setpriority_process,
+    thread::{CpuSet, sched_getaffinity, sched_setaffinity},
+};
 use std::io;
 use thread_priority::{
     NormalThreadSchedulePolicy, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadSchedulePolicy,
@@ -101,9 +104,13 @@ fn one_core(all: &CpuSet, index: usize) -> CpuSet {
     one
 }
 
-/// Lets this thread run only while its core has nothing else to do.
-pub(crate) fn become_idle() -> io::Result<()> {
-    set_scheduling(ThreadPriority::Min, ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle))
+/// The niceness of a thread that makes way for all others.
+const NICEST: i32 = 19;
+
+/// Lets this thread run only while its core has nothing else to do, or nearly so.
+pub(crate) fn make_way() -> io::Result<()> {
+    // Linux changes only the calling thread.
+    Ok(setpriority_process(None, NICEST)?)
 }
 
 fn set_fifo(priority: u8) -> io::Result<()> {
