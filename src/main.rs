@@ -201,7 +201,8 @@ fn parse() -> clap::error::Result<Cli> {
 
 /// The command line of a process, if it is a valid one.
 ///
-/// Building the whole command with its help takes as long as all else until `main`, and a run starts hundreds of processes.
+/// Building the whole command with its help takes as long as all that comes before `main`, and a run may start hundreds of
+/// processes.
 fn parse_process() -> Option<ProcessCli> {
     let mut words = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok());
     let verb = words.find(|word| !word.starts_with('-'))?;

@@ -29,8 +29,8 @@ const LOOKS_PER_PERIOD: u64 = 4;
 /// How many missing answers per core are worth a look. With fewer, most of these agents have a core already, and moving one
 /// interrupts it; with more, the last agents of a late tick get no help.
 const MISSING_PER_CORE: u32 = 8;
-/// How many processes a core takes over at once, before it lets them have their turn. With fewer, the work of moving them weighs more;
-/// with more, they wait here while the other core is free again.
+/// How many processes a core takes over at once, before it lets them have their turn. With fewer, the work of moving them
+/// weighs more; with more, they wait here while the other core is free again.
 const BATCH: usize = 16;
 
 /// The threads, one for each core that this process may use. They end with this value.
@@ -54,8 +54,8 @@ struct Helper {
 impl IdleCores {
     /// How many threads help in a flight of `scenario` on a machine with so many usable `cores`.
     ///
-    /// Only where many processes share a core: where few do, they [stand by](crate::WaitStrategy::timed) for a tick, and no
-    /// core is without work. In lockstep the next tick waits for all answers, and Linux has the time to move processes.
+    /// Only where many processes share a core: where few do, they [stand by](crate::WaitStrategy::timed) for a tick, and each
+    /// has its turn soon. In lockstep the next tick waits for all answers, so none of them comes too late.
     pub fn count(scenario: &Scenario, cores: u32) -> u32 {
         let crowd = processes_per_core(scenario.formation.uavs, cores);
         let helps = scenario.pace() == Pace::RealTime && is_crowd(crowd) && cores > 1;
@@ -122,7 +122,7 @@ impl Helper {
         }
     }
 
-    /// Takes over whom the tick waits for, as long as this core has nothing else to do. Returns who was moved.
+    /// Takes over whom the tick waits for, until enough have answered or the next tick opens. Returns who was moved.
     fn take_over_late(&self) -> Vec<Pid> {
         let mut moved = Vec::new();
         let due = self.gate.due();

@@ -6,7 +6,7 @@
 use super::{
     exchange::{END, FIRST, MessageSizes, round_of, turn_of},
     links::Links,
-    peer::trace_path,
+    peer::{trace_path, wait_strategy},
     peers::{PEER_TIMEOUT, Peers},
     shared_words::SharedWords,
 };
@@ -65,16 +65,6 @@ pub(crate) fn add_peers(trace: &mut Trace, path: &Path, peers: u32) -> Result<()
         }
     }
     Ok(())
-}
-
-/// How a process of a measurement of `case` waits at `gate`: in a closed loop a wait ends within microseconds, and paced at a
-/// time that is known.
-pub(super) fn wait_strategy(case: &Case, gate: &Gate) -> WaitStrategy {
-    if case.load == Load::Closed {
-        WaitStrategy::yielding(case.processes(), gate.cores())
-    } else {
-        WaitStrategy::timed()
-    }
 }
 
 struct Hub<'a> {

@@ -8,13 +8,12 @@
 use super::{
     connection::{PeerConnection, duplicated},
     exchange::{END, FIRST, MessageSizes, tick_of},
-    hub::wait_strategy,
     links::Links,
     mesh,
     shared_words::SharedWords,
 };
 use crate::{
-    case::{Carrier, Case, Topology},
+    case::{Carrier, Case, Load, Topology},
     error::BenchError,
     trace::{StepRecord, Trace, TraceHead},
 };
@@ -91,6 +90,16 @@ pub fn run(args: &PeerArgs) -> Result<(), BenchError> {
     // Only agents' answers are measured.
     let Some(member) = args.member else { return Ok(()) };
     Ok(trace.save(&trace_path(&args.into, member), &TraceHead::default())?)
+}
+
+/// How a process of a measurement of `case` waits at `gate`: in a closed loop a wait ends within microseconds, and paced at a
+/// time that is known.
+pub(super) fn wait_strategy(case: &Case, gate: &Gate) -> WaitStrategy {
+    if case.load == Load::Closed {
+        WaitStrategy::yielding(case.processes(), gate.cores())
+    } else {
+        WaitStrategy::timed()
+    }
 }
 
 /// The peer's end of the transport.
