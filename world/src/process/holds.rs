@@ -165,6 +165,8 @@ impl<P: TickProbe> World<'_, P> {
     /// After the flight: waits until the recorder has fetched the last tick, because samples may vanish with their
     /// sender.
     pub(super) fn wait_for_last_fetch(&mut self) -> Result<(), BusError> {
+        // The last batch may be a short one, for which nobody has called the recorder yet.
+        self.ports.gate.call_recorder();
         let is_fetched = |world: &Self| {
             !world.answers.roster().has_recorder() || world.ports.gate.recorded() >= world.airspace.flown()
         };

@@ -50,13 +50,13 @@ pub fn run(args: &WorldArgs, probe: impl TickProbe) -> Result<(), BusError> {
         world.fly()?;
     }
     world.ports.journal.finish()?;
+    // Before the gate is closed: agents leave then, and what they have sent may vanish with them. The flight itself is
+    // complete, whatever becomes of this wait.
+    let _ = world.wait_for_last_fetch();
     world.probe.run_ended(&world.ports.gate)?;
     // The report comes first: once the gate is closed, the others look for it.
     member.domain().write_report(report::WORLD, &world.report())?;
-    world.ports.close()?;
-    // The report is complete, so a run that is already being removed is not an error.
-    let _ = world.wait_for_last_fetch();
-    Ok(())
+    world.ports.close()
 }
 
 /// What ends a tick.
