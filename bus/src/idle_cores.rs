@@ -112,31 +112,19 @@ impl Helper {
         }
     }
 
-    /// Takes over processes that wait for another core, and lets them go where they like after that.
-    fn help(&self) {
-        let moved = self.take_over_late();
-        // Only now: before, it would have kept those waiting that come next.
-        for process in moved {
-            // One that has ended meanwhile needs no core.
-            let _ = sched_setaffinity(Some(process), &self.all);
-        }
-    }
-
-    /// Takes over whom the tick waits for, until enough have answered or the next tick opens. Returns who was moved.
-    fn take_over_late(&self) -> Vec<Pid> {
-        let mut moved = Vec::new();
+    /// Takes over whom the tick waits for, until enough have answered or the next tick opens. Returns how many were moved.
+    fn help(&self) -> usize {
         let due = self.gate.due();
-        if due != Due::default() && due.at_ns <= monotonic_ns() {
-            // The next tick should be open: the world waits for a core, too.
-            moved.extend(self.take_over(Part::World));
-        }
+        let is_overdue = due != Due::default() && due.at_ns <= monotonic_ns();
+        // The next tick should be open: the world waits for a core, too.
+        let mut moved = usize::from(is_overdue && self.take_over(Part::World));
         let Some(tick) = self.gate.tick() else { return moved };
         let mut agents = UavId::all(self.uavs).map(Part::Agent);
         while self.is_needed(tick) {
             let late = agents.by_ref().filter(|part| !self.gate.has_answered(*part));
-            let before = moved.len();
-            moved.extend(late.filter_map(|part| self.take_over(part)).take(BATCH));
-            if moved.len() - before < BATCH {
+            let batch = late.filter(|part| self.take_over(*part)).take(BATCH).count();
+            moved += batch;
+            if batch < BATCH {
                 break;
             }
             // Whoever was moved goes first: this thread is the nicest.
@@ -150,12 +138,17 @@ impl Helper {
         self.gate.missing_answers() > MISSING_PER_CORE * self.all.count() && self.gate.tick() == Some(tick)
     }
 
-    /// Moves the process of `part` to this core, if it may use all cores so far.
-    fn take_over(&self, part: Part) -> Option<Pid> {
-        let process = Pid::from_raw(self.gate.ready_process(part)?.cast_signed())?;
-        // Other cores than all are the user's choice, or another core is just taking it over.
-        let may_move = sched_getaffinity(Some(process)).ok()? == self.all;
-        (may_move && sched_setaffinity(Some(process), &self.here).is_ok()).then_some(process)
+    /// Moves the process of `part` to this core, if it may use all cores so far. Returns whether it was moved.
+    fn take_over(&self, part: Part) -> bool {
+        let ready = self.gate.ready_process(part).and_then(|pid| Pid::from_raw(pid.cast_signed()));
+        let Some(process) = ready else { return false };
+        // Other cores than all are the user's choice.
+        let may_move = sched_getaffinity(Some(process)).is_ok_and(|cores| cores == self.all);
+        // Allow it all cores again at once. It stays here for its next turn, unless Linux finds it a better core. Later, this
+        // thread might have to wait for long until it can.
+        may_move
+            && sched_setaffinity(Some(process), &self.here).is_ok()
+            && sched_setaffinity(Some(process), &self.all).is_ok()
     }
 }
 
@@ -243,16 +236,13 @@ mod tests {
     }
 
     #[test]
-    fn an_agent_whose_answer_is_missing_moves_for_one_turn() {
+    fn an_agent_whose_answer_is_missing_moves_and_keeps_all_its_cores() {
         let (_owner, gate) = DomainOwner::create("").unwrap();
         let (helper, agents) = crowd(&gate);
         gate.open_tick(Tick(5), many(&helper) + 1);
         gate.answer(Part::Agent(UavId(1)), Tick(5));
-        assert_eq!(helper.take_over_late(), [agents[1].pid()], "the first has answered");
-        assert!(agents[1].cores() == helper.here);
-        sched_setaffinity(Some(agents[1].pid()), &helper.all).unwrap();
-        helper.help();
-        assert!(agents[1].cores() == helper.all);
+        assert_eq!(helper.help(), 1, "the first has answered");
+        assert!(agents[1].cores() == helper.all, "it may use all cores again");
     }
 
     #[test]
@@ -269,7 +259,7 @@ mod tests {
         }
         sched_setaffinity(Some(agents[0].pid()), &other).unwrap();
         gate.open_tick(Tick(5), many(&helper));
-        assert_eq!(helper.take_over_late(), [agents[1].pid()]);
+        assert_eq!(helper.help(), 1);
         assert!(agents[0].cores() == other);
     }
 
@@ -277,9 +267,9 @@ mod tests {
     fn nobody_moves_when_few_answers_are_missing_or_no_tick_is_open() {
         let (_owner, gate) = DomainOwner::create("").unwrap();
         let (helper, _agents) = crowd(&gate);
-        assert_eq!(helper.take_over_late(), []);
+        assert_eq!(helper.help(), 0);
         gate.open_tick(Tick(5), many(&helper) - 1);
-        assert_eq!(helper.take_over_late(), []);
+        assert_eq!(helper.help(), 0);
     }
 
     #[test]
@@ -289,10 +279,11 @@ mod tests {
         let world = Sleeper::start();
         gate.set_ready_process(Part::World, Some(world.0.id()));
         gate.set_due(Due { at_ns: u64::MAX, lead_ns: 0 });
-        assert_eq!(helper.take_over_late(), []);
+        assert_eq!(helper.help(), 0);
         gate.set_due(Due { at_ns: 1, lead_ns: 0 });
         gate.open_tick(Tick(5), 0);
-        assert_eq!(helper.take_over_late(), [world.pid()]);
+        assert_eq!(helper.help(), 1);
+        assert!(world.cores() == helper.all);
     }
 
     #[test]
