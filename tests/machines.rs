@@ -293,7 +293,7 @@ fn in_a_crowd_in_real_time_every_core_has_a_thread_that_runs_when_it_is_idle() {
             let all = status_of(std::process::id(), "Cpus_allowed_list");
             for uav in [1, 33 * cores] {
                 let agent = run.process(Part::Agent(UavId(uav)));
-                // A core may be taking it over at this moment, but for one turn only.
+                // An idle core may be moving it at this moment.
                 wait_until("the agent may use all cores", || {
                     (status_of(agent, "Cpus_allowed_list") == all).then_some(())
                 });
@@ -304,7 +304,7 @@ fn in_a_crowd_in_real_time_every_core_has_a_thread_that_runs_when_it_is_idle() {
     }
 }
 
-/// Name, niceness and cores of each thread of `launcher` that works for an idle core.
+/// Name, niceness and cores of each thread of `launcher` that moves processes to an idle core.
 fn idle_core_threads(launcher: u32) -> Vec<(String, String, String)> {
     let tasks = fs::read_dir(format!("/proc/{launcher}/task")).unwrap().flatten();
     let thread = |task: fs::DirEntry| {

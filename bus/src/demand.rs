@@ -5,9 +5,9 @@
 //! Must never look at the machine: [`Capacity`](crate::Capacity) does.
 
 use crate::{
-    BusError, Domain, IdleCores, ballast,
+    BusError, Domain, ballast,
     domain::{Reserve, reserve},
-    journal, usable_cores,
+    journal,
 };
 use ringwing_flight::{Part, ProcessAction, UavId};
 use ringwing_scenario::{Scenario, Wake, fault::Action};
@@ -114,7 +114,7 @@ impl Demand {
             journal_depths: if has_recorder { journal_depths(scenario) } else { [1, 1] },
             // The limit holds for each process by itself, so the one that opens more decides.
             descriptors: DESCRIPTORS_PER_RUN + n * launcher.max(world),
-            tasks: TASKS_PER_RUN + n + u64::from(IdleCores::count(scenario, usable_cores())),
+            tasks: TASKS_PER_RUN + n,
             other_segment_bytes: EVENT_SEGMENT_BYTES.max(ballast::segment_bytes(ballast_bytes)),
         }
     }
@@ -123,6 +123,12 @@ impl Demand {
     pub fn with_viewer(mut self) -> Self {
         self.successors_bytes += observer_bytes(self.uavs);
         self.tasks += TASKS_OF_VIEWER;
+        self
+    }
+
+    /// The same run with so many more threads.
+    pub fn with_threads(mut self, count: u32) -> Self {
+        self.tasks += u64::from(count);
         self
     }
 

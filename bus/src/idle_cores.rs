@@ -1,10 +1,9 @@
-//! Threads that let a core with nothing to do take over processes that wait for another core.
+//! Threads that move processes from a busy core to an idle one.
 //!
-//! Linux does so by itself, but not dependably: a core that runs out of work looks for processes that wait elsewhere only as
-//! often as that has paid off before, and at other times only every 4 ms, for up to 32 of them. With 1000 UAVs on two cores,
-//! a kernel thread that keeps one core for 15 ms made 440 agents wait there, while the other core had nothing to do.
+//! Linux does this as well, but not reliably. Measured on Linux 6.18, with 1000 UAVs on two cores: when a kernel thread kept
+//! one core for 15 ms, 440 agents waited for that core. The other core was idle, and got only 32 of them every 4 ms.
 //!
-//! Must never move a process that somebody has given cores of its own, and must never leave one on a single core.
+//! Must never move a process that is restricted to some of the cores, and must never leave a process restricted to one.
 
 use crate::{Due, Gate, deadlines::is_crowd, futex, monotonic_ns, placement, processes_per_core};
 use ringwing_flight::{Pace, Part, Tick, UavId};
@@ -23,23 +22,24 @@ use std::{
     time::Duration,
 };
 
-/// How often in a period a core without work looks whether others wait. Less often, it finds them later; more often, it
-/// looks while the world is still waking them.
+/// A period has this many steps, and an idle core looks for waiting agents after each of them except the last. With fewer
+/// steps, it finds them later; with more, it looks while the world is still waking them.
 const LOOKS_PER_PERIOD: u64 = 4;
-/// How many missing answers per core are worth a look. With fewer, most of these agents have a core already, and moving one
-/// interrupts it; with more, the last agents of a late tick get no help.
+/// Agents are moved only while more answers than this are missing for each core. With a smaller number, most of the agents
+/// in question are already running, and moving them interrupts them; with a larger one, the last agents of a late tick are
+/// not moved.
 const MISSING_PER_CORE: u32 = 8;
-/// How many processes a core takes over at once, before it lets them have their turn. With fewer, the work of moving them
-/// weighs more; with more, they wait here while the other core is free again.
+/// How many agents are moved before they get to run. With fewer, there are more context switches; with more, some of them
+/// still wait here when the other core is free again.
 const BATCH: usize = 16;
 
-/// The threads, one for each core that this process may use. They end with this value.
+/// The threads, one for each core that this process may use. They end when this value is dropped.
 #[derive(Debug)]
 pub struct IdleCores {
     stop: Arc<AtomicU32>,
 }
 
-/// What the thread of one core needs.
+/// The thread of one core.
 struct Helper {
     gate: Gate,
     stop: Arc<AtomicU32>,
@@ -52,17 +52,17 @@ struct Helper {
 }
 
 impl IdleCores {
-    /// How many threads help in a flight of `scenario` on a machine with so many usable `cores`.
+    /// The number of threads in a flight of `scenario` on a machine with so many usable `cores`.
     ///
-    /// Only where many processes share a core: where few do, they [stand by](crate::WaitStrategy::timed) for a tick, and each
-    /// has its turn soon. In lockstep the next tick waits for all answers, so none of them comes too late.
+    /// A swarm with few processes per core needs none: its processes [stand by](crate::WaitStrategy::timed) for each tick. Nor
+    /// does a flight in lockstep, where each tick waits for all answers, so that no answer is late.
     pub fn count(scenario: &Scenario, cores: u32) -> u32 {
         let crowd = processes_per_core(scenario.formation.uavs, cores);
         let helps = scenario.pace() == Pace::RealTime && is_crowd(crowd) && cores > 1;
         if helps { cores } else { 0 }
     }
 
-    /// Starts the threads for a flight of `scenario` in real time. They run only while their core has nothing else to do.
+    /// Starts the threads for a flight of `scenario` in real time.
     ///
     /// # Errors
     /// A thread cannot be started.
@@ -89,13 +89,13 @@ impl IdleCores {
 impl Drop for IdleCores {
     fn drop(&mut self) {
         self.stop.store(1, SeqCst);
-        // Do not wait for the threads: on a busy machine it may take long until they get a core.
+        // Do not join the threads: on a busy machine, it can take a long time until they run again.
         futex::wake_all(&self.stop);
     }
 }
 
 impl Helper {
-    /// Helps until the flight is over.
+    /// Runs until the flight is over.
     fn work(&self) {
         // On another core, or with another priority, the thread would disturb the flight.
         if sched_setaffinity(None, &self.here).is_err() || placement::make_way().is_err() {
@@ -105,18 +105,18 @@ impl Helper {
             let now_ns = monotonic_ns();
             let look_ns = next_look(self.gate.due().at_ns, self.period_ns, now_ns);
             futex::wait(&self.stop, 0, Duration::from_nanos(look_ns - now_ns));
-            // A long sleep has several parts.
+            // `futex::wait` may return early.
             if monotonic_ns() >= look_ns {
                 self.help();
             }
         }
     }
 
-    /// Takes over whom the tick waits for, until enough have answered or the next tick opens. Returns how many were moved.
+    /// Moves agents that have not answered the open tick to this core, until few answers are missing or the next tick
+    /// opens. If the next tick is overdue, moves the world first. Returns the number of processes moved.
     fn help(&self) -> usize {
         let due = self.gate.due();
         let is_overdue = due != Due::default() && due.at_ns <= monotonic_ns();
-        // The next tick should be open: the world waits for a core, too.
         let mut moved = usize::from(is_overdue && self.take_over(Part::World));
         let Some(tick) = self.gate.tick() else { return moved };
         let mut agents = UavId::all(self.uavs).map(Part::Agent);
@@ -127,33 +127,33 @@ impl Helper {
             if batch < BATCH {
                 break;
             }
-            // Whoever was moved goes first: this thread is the nicest.
+            // The moved agents run first, because this thread has the lowest priority.
             thread::yield_now();
         }
         moved
     }
 
-    /// Whether `tick` is still open and enough of its answers are missing.
+    /// Whether `tick` is still open, with many answers missing.
     fn is_needed(&self, tick: Tick) -> bool {
         self.gate.missing_answers() > MISSING_PER_CORE * self.all.count() && self.gate.tick() == Some(tick)
     }
 
-    /// Moves the process of `part` to this core, if it may use all cores so far. Returns whether it was moved.
+    /// Moves the process of `part` to this core if it is allowed to use all cores. Returns whether it was moved.
     fn take_over(&self, part: Part) -> bool {
         let ready = self.gate.ready_process(part).and_then(|pid| Pid::from_raw(pid.cast_signed()));
         let Some(process) = ready else { return false };
-        // Other cores than all are the user's choice.
+        // A user may have restricted a process to some of the cores, for example with `taskset`.
         let may_move = sched_getaffinity(Some(process)).is_ok_and(|cores| cores == self.all);
-        // Allow it all cores again at once. It stays here for its next turn, unless Linux finds it a better core. Later, this
-        // thread might have to wait for long until it can.
+        // Lift the restriction at once, which does not move the process back. This thread may not run again for a long time,
+        // and until then the process could not leave a core that has become busy.
         may_move
             && sched_setaffinity(Some(process), &self.here).is_ok()
             && sched_setaffinity(Some(process), &self.all).is_ok()
     }
 }
 
-/// The next time to look, after `now_ns`. Looks divide the period between two deadlines, of which one is at `due_ns`; at the
-/// deadline itself nobody waits yet.
+/// The next time after `now_ns` at which an idle core looks for waiting agents. `due_ns` is any one of the deadlines. A core
+/// does not look at a deadline itself, because the world is only about to open the tick.
 fn next_look(due_ns: u64, period_ns: u64, now_ns: u64) -> u64 {
     let step_ns = period_ns / LOOKS_PER_PERIOD;
     let since_deadline_ns = (now_ns + period_ns - due_ns % period_ns) % period_ns;

@@ -12,8 +12,8 @@
 //!   `process`, `node` and `stop` are what they need of the operating system and of iceoryx2.
 //! - `demand` is what a run takes of the machine, and `capacity` what the machine has.
 //! - `awake` holds time limits that a stopped run does not use up, and `files` writes files that are whole or not there.
-//! - `deadlines` says when ticks are due in real time, `placement` on which core a process runs, and `idle_cores` lets a core
-//!   without work take over processes of a busy one.
+//! - `deadlines` says when ticks are due in real time, `placement` on which core a process runs, and `idle_cores` moves
+//!   processes from busy cores to idle ones.
 //! - `ballast` carries bytes for benchmarks, and `probe` is what a benchmark hooks into the loop that opens ticks.
 //!
 //! Must never decide anything about the flight: no law, no physics.

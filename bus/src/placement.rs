@@ -16,6 +16,8 @@ use thread_priority::{
 /// Niceness 0 on the scale from 0 to 99 of `thread_priority`. Any other value would leave the thread nicer or less nice
 /// than it was.
 const NORMAL_PRIORITY: u8 = 47;
+/// The niceness of a thread that yields to all others. With less, it would take time from the processes of a run.
+const LOWEST_PRIORITY: i32 = 19;
 
 /// The scheduling that a started process inherits.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -104,13 +106,10 @@ fn one_core(all: &CpuSet, index: usize) -> CpuSet {
     one
 }
 
-/// The niceness of a thread that makes way for all others.
-const NICEST: i32 = 19;
-
-/// Lets this thread run only while its core has nothing else to do, or nearly so.
+/// Gives this thread the lowest priority: while anything else wants its core, it hardly runs.
 pub(crate) fn make_way() -> io::Result<()> {
-    // Linux changes only the calling thread.
-    Ok(setpriority_process(None, NICEST)?)
+    // On Linux, this changes only the calling thread.
+    Ok(setpriority_process(None, LOWEST_PRIORITY)?)
 }
 
 fn set_fifo(priority: u8) -> io::Result<()> {

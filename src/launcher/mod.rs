@@ -30,7 +30,7 @@ use ringwing_bench::MeasureArgs;
 use ringwing_bus::{
     BusError, Capacity, Demand, Domain, Placement, Services, Starter, create_node,
     domain::{DomainOwner, remove_abandoned},
-    write_whole,
+    usable_cores, write_whole,
 };
 use ringwing_flight::{Part, WorldReport};
 use ringwing_programs::FindError;
@@ -77,6 +77,11 @@ impl Plan {
     /// Whether the run needs the process `part`.
     fn needs(&self, part: Part) -> bool {
         part != Part::Recorder || self.recorder
+    }
+
+    /// How many threads help idle cores to take over processes from busy ones.
+    fn idle_core_threads(&self) -> u32 {
+        seating::idle_core_threads(&self.scenario, self.placement, usable_cores())
     }
 }
 
@@ -151,7 +156,7 @@ pub(crate) fn launch(plan: &Plan) -> Result<Outcome, LaunchError> {
     // Do this before looking at the memory: what a killed run has left would be missing.
     remove_abandoned();
     // Before anything is made: a run that lacks something later ends by a signal, and says nothing.
-    let demand = Demand::of(&plan.scenario, plan.recorder);
+    let demand = Demand::of(&plan.scenario, plan.recorder).with_threads(plan.idle_core_threads());
     let demand = if plan.live.is_some() { demand.with_viewer() } else { demand };
     let journal_depth = Capacity::look().admit(&demand).map_err(BusError::from)?;
     let resolved = plan.scenario.to_toml();

@@ -25,11 +25,11 @@ pub(super) fn beside_a_recorder(scenario: &Scenario, asked: Placement, cores: u3
     }
 }
 
-/// Whether cores without work take over processes of busy ones in a flight of `scenario` on a machine with so many usable
-/// `cores`, if the user has `asked` for this placement.
-pub(super) fn shares_idle_cores(scenario: &Scenario, asked: Placement, cores: u32) -> bool {
+/// How many threads help idle cores to take over processes from busy ones in a flight of `scenario` on a machine with so many
+/// usable `cores`, if the user has `asked` for this placement.
+pub(super) fn idle_core_threads(scenario: &Scenario, asked: Placement, cores: u32) -> u32 {
     // Pinned processes have the core that the user wants. Linux moves those of the real-time class by itself, and at once.
-    asked == Placement::default() && IdleCores::count(scenario, cores) > 0
+    if asked == Placement::default() { IdleCores::count(scenario, cores) } else { 0 }
 }
 
 /// Whether the swarm keeps to one core.
@@ -66,12 +66,12 @@ mod tests {
     fn a_crowd_shares_idle_cores_unless_the_user_asks_for_another_placement() {
         let mut crowd = Scenario::default();
         (crowd.formation.uavs, crowd.time.real_time) = (100, true);
-        assert!(shares_idle_cores(&crowd, NOTHING, 2));
-        assert!(!shares_idle_cores(&Scenario::default(), NOTHING, 2));
+        assert_eq!(idle_core_threads(&crowd, NOTHING, 2), 2);
+        assert_eq!(idle_core_threads(&Scenario::default(), NOTHING, 2), 0);
         for asked in
             [Placement { cores: Cores::OneEach, ..NOTHING }, Placement { priority: Some(1), ..NOTHING }]
         {
-            assert!(!shares_idle_cores(&crowd, asked, 2), "{asked:?}");
+            assert_eq!(idle_core_threads(&crowd, asked, 2), 0, "{asked:?}");
         }
     }
 

@@ -13,13 +13,12 @@ use super::{
     ports::LauncherPorts,
     process_table::ProcessTable,
     progress::Progress,
-    seating,
     spawner::{Spawner, send_signal},
     stepper::Stepper,
 };
 use ringwing_bus::{
     AwakeClock, Domain, Gate, IdleCores, Patience, Shortage, Stamps, Starter, domain::Reserve, is_running,
-    report, usable_cores,
+    report,
 };
 use ringwing_flight::{Event, EventMessage, Pace, Part, ProcessEnd, Tick, TimedEvent, WorldReport};
 use ringwing_recorder::log::run_folder::log_in;
@@ -192,11 +191,10 @@ impl<'a> Supervisor<'a> {
         Ok(())
     }
 
-    /// Starts the threads that let cores without work help busy ones, if this flight needs them.
+    /// Starts the threads that let idle cores help busy ones, if this flight needs them.
     fn share_idle_cores(&self) -> Result<Option<IdleCores>, LaunchError> {
-        let Plan { scenario, placement, .. } = self.plan;
-        let start = || IdleCores::start(&self.gate, scenario);
-        let helpers = seating::shares_idle_cores(scenario, *placement, usable_cores()).then(start);
+        let start = || IdleCores::start(&self.gate, &self.plan.scenario);
+        let helpers = (self.plan.idle_core_threads() > 0).then(start);
         let failed = |source| LaunchError::Spawn { what: "a thread of an idle core".into(), source };
         helpers.transpose().map_err(failed)
     }
